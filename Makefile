@@ -1,0 +1,39 @@
+# One command per intention. `run` and `test` make their own virtual environment first.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+
+.PHONY: run test lint bench report clean
+.DELETE_ON_ERROR:
+
+run: $(VENV)/.run            ## the ice channel: server and mock CFD client over zenoh on loopback
+	$(BIN)/comotion run channel --out out/channel
+
+test: $(VENV)/.dev lint      ## everything that must hold
+	$(BIN)/pytest -n 2 --dist worksteal
+
+lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+	$(BIN)/codespell
+	$(BIN)/deptry .
+
+bench: $(VENV)/.dev          ## figures that depend on the machine, each beside a peer or a limit
+	$(BIN)/python benchmarks/round_trip.py
+
+report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
+	$(BIN)/comotion plan float_box drop channel
+
+$(VENV)/.run: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[server,view]'
+	touch $@
+
+$(VENV)/.dev: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) out

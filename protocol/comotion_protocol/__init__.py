@@ -1,0 +1,1 @@
+"""The protocol between a CFD client and the motion server: messages, bytes, session, links, client."""

@@ -1,0 +1,1 @@
+"""Motion and collisions of rigid bodies."""

@@ -1,0 +1,44 @@
+"""The one jit decorator of the kernels.
+
+Numba's file cache notices an edit of the decorated function's own file only: a cached caller in another file goes on
+running the old callee. So the cache folder is named by the hash of *all* kernel sources (and of numba's version): any
+edit starts a fresh folder, and several processes may start at once.
+"""
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+import numba
+
+
+def _sources_hash() -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("COMOTION_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(base) / "comotion" / f"kernels-{_sources_hash()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        folder = Path(tempfile.mkdtemp(prefix="comotion-kernels-"))  # private: a cache file is code
+    return folder
+
+
+CACHE_FOLDER = _cache_folder()
+
+
+def jit(function):
+    """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules)."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+    try:
+        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+    finally:
+        numba.config.CACHE_DIR = before
