@@ -1,0 +1,277 @@
+"""The messages of the protocol as frozen dataclasses (SPEC, section M). No bytes, no network, no physics.
+
+SI units throughout; vectors are (x, y, z) in the world frame; arrays are C-contiguous float64 or uint32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IndexArray: TypeAlias = NDArray[np.uint32]
+Vector: TypeAlias = tuple[float, float, float]
+
+UNITS: Mapping[str, str] = {
+    "length": "m",
+    "mass": "kg",
+    "time": "s",
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+    "force": "N",
+    "moment": "N m",
+    "impulse": "N s",
+}
+"""The units of every message (SPEC M3)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wants:
+    """What a client asks for in every reply, and where its forces act (SPEC M4)."""
+
+    vertices: bool = True
+    poses: bool = False
+    twists: bool = False
+    velocities: bool = False
+    impacts: bool = False
+    contacts: bool = False
+    sample: Literal["end", "midpoint"] = "end"
+    indexing: Literal["welded", "facets"] = "welded"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClientInfo:
+    """Who asks. `id` names the client's liveliness token; it is no secret."""
+
+    name: str
+    version: str
+    id: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServerInfo:
+    """Who answers. `instance` is drawn anew whenever a server starts."""
+
+    name: str
+    version: str
+    instance: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegionBody:
+    """A body's share of its region's vertices: `vertex_count` of them from `first_vertex` on."""
+
+    name: str
+    first_vertex: int
+    vertex_count: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Region:
+    """A surface that forces act on: bodies in the order of their names."""
+
+    name: str
+    vertex_count: int
+    triangle_count: int
+    bodies: tuple[RegionBody, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanLine:
+    """One stage of the server's step: whether it runs, and why."""
+
+    stage: str
+    kept: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What this server takes; `idle_time` [s] is the patience with a silent holder that has no token."""
+
+    header_bytes: int
+    bulk_bytes: int
+    blocks: int
+    idle_time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sums:
+    """Sum of all forces [N] and of their moments about the world origin [N m]."""
+
+    force: Vector
+    moment: Vector
+
+
+@dataclass(frozen=True, kw_only=True)
+class Budget:
+    """Work bound of a step: responses allowed and used; exhausted means that the rest was held."""
+
+    limit: int
+    used: int
+    exhausted: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Books:
+    """How well the step's impacts closed their books: worst relative errors, overlaps met and the largest one [m]."""
+
+    momentum: float
+    angular_momentum: float
+    energy: float
+    overlaps: int
+    overlap_max: float
+    impacts: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impact:
+    """One impact: `impulse` [N s] along `normal` acts on body_b, its opposite on body_a."""
+
+    time: float
+    body_a: str
+    body_b: str
+    point: Vector
+    normal: Vector
+    impulse: float
+    approach_speed: float
+    restitution: float
+    law: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """All that a pair exchanged over the step: `impulse` [N s] on body_b, in `count` impacts."""
+
+    body_a: str
+    body_b: str
+    impulse: Vector
+    count: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenRequest:
+    """Ask for the lease (SPEC M5). `dt` [s] of the first step is needed for the midpoint sample."""
+
+    client: ClientInfo
+    protocol: tuple[int, int]
+    wants: Wants = field(default_factory=Wants)
+    dt: float | None = None
+    digest: str | None = None
+    resume: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OpenReply:
+    """The lease, the run, its surfaces and the first sample (SPEC M6).
+
+    Per region: vertices [m] (vertex_count, 3) and triangles (triangle_count, 3), indices into them.
+    """
+
+    protocol: tuple[int, int]
+    server: ServerInfo
+    run: str
+    lease: str
+    step: int
+    time: float
+    sample_time: float
+    units: Mapping[str, str]
+    regions: tuple[Region, ...]
+    digest: str
+    plan: tuple[PlanLine, ...]
+    limits: Limits
+    vertices: Mapping[str, FloatArray]
+    triangles: Mapping[str, IndexArray]
+    velocities: Mapping[str, FloatArray] = field(default_factory=dict)
+    poses: FloatArray | None = None
+    twists: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepRequest:
+    """Advance by dt [s] under forces (SPEC M7).
+
+    forces: per region (vertex_count, 3) [N] at the vertices last sent; or wrenches (bodies, 6): force [N] and moment
+    [N m] about the centre of mass last sent. Neither means none.
+    """
+
+    lease: str
+    step: int
+    attempt: int
+    dt: float
+    dt_next: float | None = None
+    sums: Sums | None = None
+    forces: Mapping[str, FloatArray] = field(default_factory=dict)
+    wrenches: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepReply:
+    """Where everything is after the step (SPEC M8); nothing in it depends on the clock on the wall.
+
+    vertices [m] and velocities [m/s]: per region (vertex_count, 3); poses (bodies, 7): x y z w qx qy qz; twists
+    (bodies, 6): velocity [m/s] and angular velocity [rad/s]. All hold at `sample_time` [s]; `time` is the step's end.
+    """
+
+    step: int
+    attempt: int
+    time: float
+    dt: float
+    sample_time: float
+    status: Literal["ok", "blocked"]
+    sums: Sums
+    budget: Budget
+    books: Books
+    dt_advice: float | None = None
+    impacts: tuple[Impact, ...] | None = None
+    contacts: tuple[Contact, ...] | None = None
+    vertices: Mapping[str, FloatArray] = field(default_factory=dict)
+    velocities: Mapping[str, FloatArray] = field(default_factory=dict)
+    poses: FloatArray | None = None
+    twists: FloatArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloseRequest:
+    """Give the lease back (SPEC M9); `step` is the last one accepted."""
+
+    lease: str
+    step: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloseReply:
+    """Steps accepted by the run so far, and its time [s] (SPEC M9)."""
+
+    steps: int
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StatusRequest:
+    """How are you (SPEC M10). Nothing in it; anyone may ask."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StatusReply:
+    """What the server does just now (SPEC M10). Durations in seconds of the server's clock."""
+
+    protocol: tuple[int, int]
+    server: ServerInfo
+    run: str
+    phase: Literal["starting", "free", "idle", "computing"]
+    phase_seconds: float
+    step: int
+    attempt: int
+    time: float
+    busy: float
+    client: ClientInfo | None = None
+    held_seconds: float | None = None
+
+
+Request: TypeAlias = OpenRequest | StepRequest | CloseRequest | StatusRequest
+Reply: TypeAlias = OpenReply | StepReply | CloseReply | StatusReply
