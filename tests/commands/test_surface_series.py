@@ -1,0 +1,80 @@
+"""The VTKHDF series, read back by VTK's own reader."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from comotion.outputs.surface import Surface
+from comotion.outputs.surface_series import SurfaceSeries
+
+TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype=np.uint32)
+
+
+def region(name, bodies):
+    members = [SimpleNamespace(name=f"{name}{i}", first_vertex=4 * i, vertex_count=4) for i in range(bodies)]
+    return SimpleNamespace(name=name, vertex_count=4 * bodies, bodies=members)
+
+
+@pytest.fixture
+def surface():
+    vertices = {"hull": TETRAHEDRON, "ice": np.concatenate([TETRAHEDRON + 2, TETRAHEDRON + 4])}
+    triangles = {"hull": FACES, "ice": np.concatenate([FACES, FACES + 4]).astype(np.uint32)}
+    return Surface([region("hull", 1), region("ice", 2)], vertices, triangles)
+
+
+def test_surface_joins_regions_and_knows_each_triangles_body(surface):
+    assert [body.name for body in surface.bodies] == ["hull0", "ice0", "ice1"]
+    assert surface.body_of_triangle.tolist() == [0] * 4 + [1] * 4 + [2] * 4
+    np.testing.assert_array_equal(surface.points_of(surface.bodies[2]), TETRAHEDRON + 4)
+    np.testing.assert_array_equal(surface.triangles_of(2), FACES)
+
+
+def test_a_region_that_was_not_sent_stays_where_it_was(surface):
+    surface.update({"hull": TETRAHEDRON - 1})
+    np.testing.assert_array_equal(surface.points[:4], TETRAHEDRON - 1)
+    np.testing.assert_array_equal(surface.points[4:8], TETRAHEDRON + 2)
+
+
+def test_vtk_reads_every_step_bit_for_bit(surface, tmp_path):
+    reader_module = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is in the extra `view`")
+    numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
+    path = tmp_path / "bodies.vtkhdf"
+    states = [(0.0, surface.points), (0.25, surface.points + 0.1), (0.5, surface.points / 3)]
+    with SurfaceSeries(path, surface.triangles, surface.body_of_triangle, len(surface.points)) as series:
+        for time, points in states:
+            series.append(time, points)
+    reader = reader_module.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == len(states)
+    for step, (time, points) in enumerate(states):
+        reader.SetStep(step)
+        reader.Update()
+        data = reader.GetOutput()
+        assert data.GetClassName() == "vtkPolyData"
+        assert reader.GetTimeValue() == time
+        read = numpy_support.vtk_to_numpy(data.GetPoints().GetData())
+        np.testing.assert_array_equal(read, points)
+        cells = numpy_support.vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        np.testing.assert_array_equal(cells, surface.triangles)
+        assert data.GetNumberOfCells() == len(surface.triangles)
+        body = numpy_support.vtk_to_numpy(data.GetCellData().GetArray("body"))
+        np.testing.assert_array_equal(body, surface.body_of_triangle)
+
+
+def append_and_be_interrupted(path, surface):
+    with SurfaceSeries(path, surface.triangles, surface.body_of_triangle, len(surface.points)) as series:
+        series.append(0.0, surface.points)
+        raise KeyboardInterrupt
+
+
+def test_a_series_that_was_cut_short_is_readable(surface, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "bodies.vtkhdf"
+    with pytest.raises(KeyboardInterrupt):
+        append_and_be_interrupted(path, surface)
+    with h5py.File(path) as file:
+        assert file["VTKHDF/Steps"].attrs["NSteps"] == 1
+        np.testing.assert_array_equal(file["VTKHDF/Points"], surface.points)
