@@ -65,8 +65,7 @@ def resistance(
     times = np.array(impulses.times)
     against = -np.array(impulses.impulses) @ direction
     count = max(int(np.ceil((times[-1] - start) / window - 1e-9)), 1)  # 1e-9: a whole number, but for rounding
-    edges = start + window * np.arange(count + 1)
-    edges[-1] = times[-1]
+    edges = np.array([*(start + window * index for index in range(count)), times[-1]], dtype=np.float64)
     # A step belongs to the window in which it ends; 1e-9 windows absorb the rounding of summed steps.
     place = np.clip(np.ceil((times - start) / window - 1e-9).astype(int) - 1, 0, count - 1)
     impulse = np.zeros(count)

@@ -52,11 +52,9 @@ class Tables:
 
     def write_impacts(self, impacts: Iterable["Impact"]) -> None:
         """Every impact of a step; the impulse acts along the normal on body_b and against it on body_a."""
-        self._impacts.write(
-            (hit.time, hit.body_a, hit.body_b, *hit.point, *hit.normal)
-            + (hit.impulse, hit.approach_speed, hit.restitution, hit.law)
-            for hit in impacts
-        )
+        for hit in impacts:
+            numbers = (hit.impulse, hit.approach_speed, hit.restitution)
+            self._impacts.write([(hit.time, hit.body_a, hit.body_b, *hit.point, *hit.normal, *numbers, hit.law)])
 
     def write_contacts(self, time: float, contacts: Iterable["Contact"]) -> None:
         """Impulse per pair over the step that ends at a time [s]; it acts on body_b, and its opposite on body_a."""
