@@ -1,0 +1,100 @@
+"""Closeness of pairs (P9) and which pairs may come close at all within a step.
+
+Legend: x, v, R, L, w state arrays; p, q closest points of a and b, world; n unit normal from a to b; reach [m].
+"""
+
+from math import inf, nan, sqrt
+
+from comotion_server.kernels.flight import AXIS, STILL
+from comotion_server.kernels.impact import closing_speed
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.rotation import to_body, to_world
+
+LEAST_APPROACH = 1e-300  # [m/s] of a pair found intersecting: P14 asks for a speed that is not zero
+
+
+@jit
+def speed_bounds(flights, bodies, end, radius, bound):
+    """Upper bounds (n,) on the speed [m/s] of any point of each body from now to local time `end` [s], if nothing hits it."""
+    for i in range(radius.shape[0]):
+        speed = acceleration = momentum = torque = 0.0
+        for k in range(3):
+            speed += flights.velocity[i, k] ** 2
+            acceleration += flights.acceleration[i, k] ** 2
+            momentum += flights.momentum[i, k] ** 2
+            torque += flights.torque[i, k] ** 2
+        bound[i] = sqrt(speed) + end * sqrt(acceleration)
+        if flights.kind[i] == AXIS:
+            bound[i] += radius[i] * (abs(flights.rate[i, 0]) + end * abs(flights.rate[i, 1]))
+        elif flights.kind[i] != STILL:
+            bound[i] += radius[i] * (sqrt(momentum) + end * sqrt(torque)) / bodies.moments[i, 0]
+
+
+@jit
+def pairs_in_reach(x, radius, reach, reacts, pairs):
+    """Pairs of bodies whose bounding spheres may meet, in order, to `pairs` (k,2); returns how many there are.
+
+    `reach` (n,) is how far each body's points may move. A pair of which neither body reacts is none. When `pairs` is
+    too small the rest is counted only.
+    """
+    count = 0
+    for a in range(x.shape[0]):
+        for b in range(a + 1, x.shape[0]):
+            if not (reacts[a] or reacts[b]):
+                continue
+            far = radius[a] + radius[b] + reach[a] + reach[b]
+            d = (x[a, 0] - x[b, 0]) ** 2 + (x[a, 1] - x[b, 1]) ** 2 + (x[a, 2] - x[b, 2]) ** 2
+            if d <= far * far:
+                if count < pairs.shape[0]:
+                    pairs[count, 0], pairs[count, 1] = a, b
+                count += 1
+    return count
+
+
+@jit
+def measure(pairs, time, tolerance, x, v, R, w, reach, distance, p, q, n, approach, last):
+    """Approach speed (k,) of each pair (P9), and the memory of when it was last apart.
+
+    From the distances at the previous and the present sub-step; from the closing speed of the closest points where
+    there is no previous one, or the gap is within the tolerance. Pairs beyond `reach` (k,) [m] do not approach. For
+    pairs that intersect, p, q and n are those of the last state apart, carried along by the bodies (P14).
+    """
+    for k in range(pairs.shape[0]):
+        a, b = pairs[k, 0], pairs[k, 1]
+        if distance[k] >= reach[k]:
+            approach[k] = -inf
+            last.time[k] = nan
+            continue
+        if distance[k] > 0.0:
+            for m in range(3):
+                n[k, m] = (q[k, m] - p[k, m]) / distance[k]
+            remember(last, k, a, b, x, R, p[k], q[k], n[k])
+            elapsed = time - last.time[k]
+            if elapsed > 0.0 and distance[k] > tolerance[k]:
+                approach[k] = (last.distance[k] - distance[k]) / elapsed
+            else:
+                approach[k] = closing_speed(v, w, x, a, b, p[k], q[k], n[k])
+        else:
+            recall(last, k, a, b, x, R, p[k], q[k], n[k])
+            approach[k] = max(closing_speed(v, w, x, a, b, p[k], q[k], n[k]), LEAST_APPROACH)
+        last.time[k] = time
+        last.distance[k] = distance[k]
+
+
+@jit
+def remember(last, k, a, b, x, R, p, q, n):
+    """Keeps the closest points in the frames of their bodies, and the normal."""
+    pa = to_body(R[a], p[0] - x[a, 0], p[1] - x[a, 1], p[2] - x[a, 2])
+    qb = to_body(R[b], q[0] - x[b, 0], q[1] - x[b, 1], q[2] - x[b, 2])
+    for m in range(3):
+        last.point_a[k, m], last.point_b[k, m], last.normal[k, m] = pa[m], qb[m], n[m]
+
+
+@jit
+def recall(last, k, a, b, x, R, p, q, n):
+    """The closest points of the last state apart, moved with the bodies: both are put midway, so that the impulse is one."""
+    pa = to_world(R[a], last.point_a[k, 0], last.point_a[k, 1], last.point_a[k, 2])
+    qb = to_world(R[b], last.point_b[k, 0], last.point_b[k, 1], last.point_b[k, 2])
+    for m in range(3):
+        middle = 0.5 * (pa[m] + x[a, m] + qb[m] + x[b, m])
+        p[m], q[m], n[m] = middle, middle, last.normal[k, m]

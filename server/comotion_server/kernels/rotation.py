@@ -1,0 +1,82 @@
+"""Rotations as 3x3 matrices, body to world, changed in place.
+
+Legend: R rotation (3,3); w rotation vector [rad], its length the angle.
+"""
+
+from math import cos, sin, sqrt
+
+from comotion_server.kernels.jit import jit
+
+SMALL_ANGLE = 1e-4  # [rad] below it sin(a)/a and (1 - cos(a))/a^2 come from their series, right to rounding
+
+
+@jit
+def rotate_left(R, wx, wy, wz):
+    """R <- exp(w^) R (Rodrigues): turn the body about a world axis through its centre."""
+    square = wx * wx + wy * wy + wz * wz
+    if square == 0.0:
+        return
+    angle = sqrt(square)
+    if angle < SMALL_ANGLE:
+        s = 1.0 - square / 6.0
+        c = 0.5 - square / 24.0
+    else:
+        half = sin(0.5 * angle)
+        s = sin(angle) / angle
+        c = 2.0 * half * half / square
+    e00, e11, e22 = 1.0 - c * (wy * wy + wz * wz), 1.0 - c * (wx * wx + wz * wz), 1.0 - c * (wx * wx + wy * wy)
+    e01, e10 = c * wx * wy - s * wz, c * wx * wy + s * wz
+    e02, e20 = c * wx * wz + s * wy, c * wx * wz - s * wy
+    e12, e21 = c * wy * wz - s * wx, c * wy * wz + s * wx
+    for k in range(3):
+        a, b, d = R[0, k], R[1, k], R[2, k]
+        R[0, k] = e00 * a + e01 * b + e02 * d
+        R[1, k] = e10 * a + e11 * b + e12 * d
+        R[2, k] = e20 * a + e21 * b + e22 * d
+
+
+@jit
+def rotate_about_column(R, axis, angle):
+    """R <- R exp(angle e_axis^): turn the body about its own axis number `axis` (0, 1, 2)."""
+    c, s = cos(angle), sin(angle)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    for k in range(3):
+        a, b = R[k, i], R[k, j]
+        R[k, i] = c * a + s * b
+        R[k, j] = c * b - s * a
+
+
+@jit
+def orthonormalise(R):
+    """One Newton step R <- R (3 I - R^T R) / 2: removes the rounding that products gather, quadratically."""
+    m00 = R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0] + R[2, 0] * R[2, 0]
+    m11 = R[0, 1] * R[0, 1] + R[1, 1] * R[1, 1] + R[2, 1] * R[2, 1]
+    m22 = R[0, 2] * R[0, 2] + R[1, 2] * R[1, 2] + R[2, 2] * R[2, 2]
+    m01 = R[0, 0] * R[0, 1] + R[1, 0] * R[1, 1] + R[2, 0] * R[2, 1]
+    m02 = R[0, 0] * R[0, 2] + R[1, 0] * R[1, 2] + R[2, 0] * R[2, 2]
+    m12 = R[0, 1] * R[0, 2] + R[1, 1] * R[1, 2] + R[2, 1] * R[2, 2]
+    for k in range(3):
+        a, b, c = R[k, 0], R[k, 1], R[k, 2]
+        R[k, 0] = 0.5 * (a * (3.0 - m00) - b * m01 - c * m02)
+        R[k, 1] = 0.5 * (b * (3.0 - m11) - a * m01 - c * m12)
+        R[k, 2] = 0.5 * (c * (3.0 - m22) - a * m02 - b * m12)
+
+
+@jit
+def to_world(R, x, y, z):
+    """R v for v given by its components in the body frame."""
+    return (
+        R[0, 0] * x + R[0, 1] * y + R[0, 2] * z,
+        R[1, 0] * x + R[1, 1] * y + R[1, 2] * z,
+        R[2, 0] * x + R[2, 1] * y + R[2, 2] * z,
+    )
+
+
+@jit
+def to_body(R, x, y, z):
+    """R^T v for v given by its components in the world frame."""
+    return (
+        R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
+        R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
+        R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
+    )

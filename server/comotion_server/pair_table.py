@@ -1,0 +1,124 @@
+"""The pairs that may come close within the step, and what is remembered of each (P9, P14).
+
+A pair is kept while the bounding spheres of its bodies may meet before the step ends. Speeds are bounded with some room;
+only when an impact makes a body faster than its bound is the table made again.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comotion_server.kernels.closeness import measure, pairs_in_reach, speed_bounds
+from comotion_server.kernels.mesh_pair import closest_points_of_pairs
+from comotion_server.meshes.mesh_store import MeshStore
+from comotion_server.world import World
+
+Array = NDArray[np.float64]
+
+ROOM = (
+    1.5  # speed that a body may gain before the table is made again, as a factor; larger: more far pairs are looked at
+)
+
+
+class LastApart(NamedTuple):
+    """Memory of each pair: k rows."""
+
+    time: Array  # (k,) local time of the last measurement [s]; nan: none
+    distance: Array  # (k,) at that time [m]
+    point_a: Array  # (k,3) closest point of a when last apart, its body frame [m]
+    point_b: Array  # (k,3) closest point of b when last apart, its body frame [m]
+    normal: Array  # (k,3) unit, from a to b, world frame, when last apart
+    witness: NDArray[np.int64]  # (k,2) closest triangles: where the next search starts
+    overlapping: NDArray[np.bool_]  # (k,) at the last measurement
+
+    @classmethod
+    def of(cls, count: int) -> "LastApart":
+        vectors = (np.zeros((count, 3)) for _ in range(3))
+        witness = np.full((count, 2), -1, dtype=np.int64)
+        return cls(np.full(count, np.nan), np.zeros(count), *vectors, witness, np.zeros(count, dtype=np.bool_))
+
+
+class Closeness(NamedTuple):
+    """One measurement of all pairs: k rows, world frame."""
+
+    distance: Array  # (k,) [m]; zero: the surfaces intersect
+    approach: Array  # (k,) [m/s]; positive: coming closer
+    point_a: Array  # (k,3) [m]
+    point_b: Array  # (k,3) [m]
+    normal: Array  # (k,3) unit, from a to b
+
+
+class PairTable:
+    """Candidate pairs of a world's bodies, by rows in the order of names."""
+
+    def __init__(self, world: World) -> None:
+        bodies = world.scene.bodies
+        self.world = world
+        self.store = MeshStore.build([body.mesh for body in bodies])
+        self.shape_of_body = self.store.shape_of_mesh
+        self.radius = 0.5 * np.array([body.mesh.size for body in bodies])
+        self.pairs = np.empty((0, 2), dtype=np.int64)
+        self.last = LastApart.of(0)
+        self._bound = np.zeros(world.body_count)
+
+    def checkpoint(self) -> tuple[NDArray[np.int64], LastApart]:
+        return self.pairs.copy(), LastApart(*(column.copy() for column in self.last))
+
+    def restore(self, kept: tuple[NDArray[np.int64], LastApart]) -> None:
+        self.pairs, self.last = kept[0].copy(), LastApart(*(column.copy() for column in kept[1]))
+
+    def set_clock_back(self, seconds: float) -> None:
+        """Keeps the memory true when the local clock is set back."""
+        self.last.time[:] -= seconds
+
+    def refresh(self, now: float, end: float) -> None:
+        """Finds the pairs that may meet between local times `now` and `end` [s]; pairs known before keep their memory."""
+        world = self.world
+        speed_bounds(world.flights, world.bodies, end, self.radius, self._bound)
+        self._bound *= ROOM
+        reach = self._bound * (end - now)
+        pairs = np.empty((max(64, 2 * len(self.pairs)), 2), dtype=np.int64)
+        arguments = (world.state.position, self.radius, reach, world.bodies.reacts)
+        count = pairs_in_reach(*arguments, pairs)
+        if count > len(pairs):
+            pairs = np.empty((count, 2), dtype=np.int64)
+            pairs_in_reach(*arguments, pairs)
+        self._take_over(pairs[:count].copy())
+
+    def _take_over(self, pairs: NDArray[np.int64]) -> None:
+        """Replaces the pairs; rows that stay keep what is remembered of them."""
+        last = LastApart.of(len(pairs))
+        _, old, new = np.intersect1d(self._keys(self.pairs), self._keys(pairs), assume_unique=True, return_indices=True)
+        for before, after in zip(self.last, last, strict=True):
+            after[new] = before[old]
+        self.pairs, self.last = pairs, last
+
+    def _keys(self, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
+        return pairs[:, 0] * self.world.body_count + pairs[:, 1]
+
+    @property
+    def smaller_size(self) -> Array:
+        """Diameter [m] of the smaller body of each pair (k,), which tolerances are relative to."""
+        return 2.0 * np.minimum(self.radius[self.pairs[:, 0]], self.radius[self.pairs[:, 1]])
+
+    def outruns(self, bodies: tuple[int, int], end: float) -> bool:
+        """Whether an impact made one of these bodies faster than the table allows for."""
+        bound = np.empty_like(self._bound)
+        speed_bounds(self.world.flights, self.world.bodies, end, self.radius, bound)
+        return any(bound[i] > self._bound[i] for i in bodies)
+
+    def measure(self, now: float, end: float, tolerance: float) -> Closeness:
+        """Distances and approach speeds of all pairs at local time `now`; `tolerance` is relative to the smaller body."""
+        world, pairs = self.world, self.pairs
+        x, v, R, _, w = world.state.arrays
+        count = len(pairs)
+        gap_allowed = tolerance * self.smaller_size
+        reach = (self._bound[pairs[:, 0]] + self._bound[pairs[:, 1]]) * (end - now) + 2.0 * gap_allowed
+        distance, approach = np.empty(count), np.empty(count)
+        p, q, n = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3))
+        closest_points_of_pairs(
+            self.store.arrays, self.shape_of_body, x, R, pairs, reach, self.last.witness, distance, p, q
+        )
+        measure(pairs, now, gap_allowed, x, v, R, w, reach, distance, p, q, n, approach, self.last)
+        return Closeness(distance, approach, p, q, n)

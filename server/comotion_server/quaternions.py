@@ -1,0 +1,39 @@
+"""Unit quaternions (w, x, y, z), body to world, and rotation matrices; used at the door, not in loops."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def rotation_from_quaternion(quaternion: Array) -> Array:
+    """Rotation matrix (3,3), body to world, of a quaternion (4,) of any length but zero."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternions_from_rotations(rotations: Array) -> Array:
+    """Quaternions (n,4), w, x, y, z, of rotation matrices (n,3,3); the largest component is positive.
+
+    Shepperd (1978): divide by the largest of the four components, so that no digit is lost.
+    """
+    trace = np.trace(rotations, axis1=1, axis2=2)
+    diagonal = np.diagonal(rotations, axis1=1, axis2=2)
+    squares = np.column_stack([1.0 + trace, 1.0 + 2.0 * diagonal - trace[:, None]])  # 4 w^2, 4 x^2, 4 y^2, 4 z^2
+    differences = np.column_stack(
+        [rotations[:, (i + 2) % 3, (i + 1) % 3] - rotations[:, (i + 1) % 3, (i + 2) % 3] for i in range(3)]
+    )
+    products = np.empty((len(rotations), 4, 4))  # four times the products of the components
+    products[:, range(4), range(4)] = squares
+    for i in range(3):
+        products[:, 0, i + 1] = products[:, i + 1, 0] = differences[:, i]
+        for j in range(i):
+            products[:, i + 1, j + 1] = products[:, j + 1, i + 1] = rotations[:, i, j] + rotations[:, j, i]
+    best = products[np.arange(len(rotations)), np.argmax(squares, axis=1)]
+    return best / np.linalg.norm(best, axis=1, keepdims=True)

@@ -1,0 +1,100 @@
+"""Regions of geometry exchange (P17): the vertices of their bodies, one body after the other, as the CFD sees them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comotion_server.kernels.place import place, place_velocities
+from comotion_server.quaternions import quaternions_from_rotations
+from comotion_server.scene import Body, Fixed, Scene
+from comotion_server.world import State
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class RegionBody:
+    """A body's rows among the vertices of its region."""
+
+    name: str
+    first_vertex: int
+    vertex_count: int
+
+
+class Region:
+    """The surface of one or many bodies as one block of vertices and triangles."""
+
+    def __init__(self, name: str, members: tuple[Body, ...], row_of: dict[str, int]) -> None:
+        self.name = name
+        self._meshes = tuple(body.mesh for body in members)
+        counts = [len(mesh.vertices) for mesh in self._meshes]
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        self.rows = np.array([row_of[body.name] for body in members])
+        self.first = starts[:-1].astype(np.int64)
+        self.count = np.array(counts, dtype=np.int64)
+        self.vertex_count = int(starts[-1])
+        self.bodies = tuple(
+            RegionBody(body.name, int(first), count)
+            for body, first, count in zip(members, starts, counts, strict=False)
+        )
+        self._still: Array | None = None
+        self.moves = not all(isinstance(body.motion, Fixed) for body in members)
+
+    @cached_property
+    def triangles(self) -> NDArray[np.uint32]:
+        """Indices (m,3) into the vertices of the region."""
+        parts = [mesh.triangles + np.uint32(first) for mesh, first in zip(self._meshes, self.first, strict=True)]
+        return np.concatenate(parts)
+
+    @property
+    def triangle_count(self) -> int:
+        return sum(len(mesh.triangles) for mesh in self._meshes)
+
+    def vertices(self, state: State) -> Array:
+        """World positions (n,3) [m] of the region's vertices; a region that never moves is placed once."""
+        if not self.moves:
+            if self._still is None:
+                self._still = self._place(state)
+            return self._still
+        return self._place(state)
+
+    def _place(self, state: State) -> Array:
+        out = np.empty((self.vertex_count, 3))
+        for row, first, count, mesh in zip(self.rows, self.first, self.count, self._meshes, strict=True):
+            place(mesh.vertices, state.rotation[row], state.position[row], out[first : first + count])
+        return out
+
+    def velocities(self, state: State) -> Array:
+        """World velocities (n,3) [m/s] of the region's vertices."""
+        out = np.empty((self.vertex_count, 3))
+        for row, first, count, mesh in zip(self.rows, self.first, self.count, self._meshes, strict=True):
+            rows = out[first : first + count]
+            place_velocities(mesh.vertices, state.rotation[row], state.velocity[row], state.spin[row], rows)
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Where the bodies are at a time: now, or at the predicted middle of the next step. World frame."""
+
+    time: float  # [s]
+    state: State  # of all bodies
+    vertices: dict[str, Array]  # per region (n,3) [m]; empty unless asked for
+    velocities: dict[str, Array]  # per region (n,3) [m/s]; empty unless asked for
+
+    @property
+    def poses(self) -> Array:
+        """Centre of mass [m] and attitude per body, (bodies,7): x y z w qx qy qz."""
+        return np.hstack([self.state.position, quaternions_from_rotations(self.state.rotation)])
+
+    @property
+    def twists(self) -> Array:
+        """Velocity [m/s] and angular velocity [rad/s] per body, (bodies,6)."""
+        return np.hstack([self.state.velocity, self.state.spin])
+
+
+def regions_of(scene: Scene) -> tuple[Region, ...]:
+    row_of = {body.name: row for row, body in enumerate(scene.bodies)}
+    return tuple(Region(name, members, row_of) for name, members in scene.regions.items())
