@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 SIZE = (0.4, 0.4, 0.2)
 """Edges along x, y, z [m]."""
 QUADS = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
-"""Corner i lies at (x, y, z) = bits 2, 1, 0 of i; counter-clockwise from outside."""
+"""Corner i lies at (x, y, z) = bits 0, 1, 2 of i; counter-clockwise from outside."""
 
 
 def box_mesh(size: tuple[float, float, float]) -> tuple[Floats, NDArray[np.uint32]]:
     """Vertices [m], shape (8, 3), about the centre, and triangles (12, 3) of a box with edges along x, y, z [m]."""
-    corners = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)])
+    corners = np.array([[(i >> axis) & 1 for axis in range(3)] for i in range(8)])
     triangles = [facet for a, b, c, d in QUADS for facet in ((a, b, c), (a, c, d))]
     return (corners - 0.5) * size, np.array(triangles, dtype=np.uint32)
 

@@ -5,10 +5,10 @@ On a wetted piece of area A with outward normal n, whose centroid moves at u rel
     form drag  -1/2 rho Cd A (u.n)^2 n      where u.n > 0, that is, where the facet moves into the water
     friction   -1/2 rho Cf A |u_t| u_t      u_t = u - (u.n) n
 
-The first is Newton's sine-squared law: a plate face-on has drag coefficient Cd, a sphere Cd / 2. Neither wake nor waves
-nor lift: a force of the right kind and size, that only takes energy (power -1/2 rho A (Cd (u.n)^3 + Cf |u_t|^3)), no
-more. A force acts at the piece's centroid and is shared among the facet's vertices by the shape functions there, so that
-its moment is kept.
+The first is Newton's sine-squared law: a plate face-on has drag coefficient Cd, a sphere Cd / 2. There is no wake, no
+wave and no lift in it: a force of the right kind and size that only takes energy, at the rate of
+1/2 rho A (Cd (u.n)^3 + Cf |u_t|^3) relative to the water, no more. It acts at the piece's centroid and is shared among
+the facet's vertices by the shape functions there, so that its moment is kept.
 """
 
 from __future__ import annotations
