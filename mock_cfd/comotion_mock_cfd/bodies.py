@@ -1,4 +1,4 @@
-"""The bodies of a run in the order of the open reply, and which vertices are theirs."""
+"""The bodies of a run in the order of their names, and which vertices are theirs."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ class BodyTable:
     def of(cls, regions: Sequence[Region]) -> BodyTable:
         """The table of an open reply's regions."""
         members = [(body, region.name) for region in regions for body in region.bodies]
+        members.sort(key=lambda member: member[0].name)
         return cls(
             names=tuple(body.name for body, _ in members),
             region_of=tuple(region for _, region in members),

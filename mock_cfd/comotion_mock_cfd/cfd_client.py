@@ -98,7 +98,7 @@ class CfdClient:
 
     def _receive(self, reply: OpenReply | StepReply) -> None:
         """Take the surfaces of a reply; a region that it leaves out has not moved, and its forces stay as they are."""
-        if reply.poses is None or reply.twists is None or reply.velocities.keys() != reply.vertices.keys():
+        if reply.poses is None or reply.twists is None or reply.vertices.keys() - reply.velocities.keys():
             raise FluidError("poses, twists and velocities are needed: open the session with wants=wants()")
         self._vertices |= reply.vertices
         self._velocities |= reply.velocities
