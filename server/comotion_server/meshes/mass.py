@@ -79,6 +79,18 @@ def centred(vertices: npt.ArrayLike, centre: npt.ArrayLike) -> Floats:
     return np.ascontiguousarray((points - origin) - (np.asarray(centre) - origin))
 
 
+def surface_centre(vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> Floats:
+    """Centre of area [m], shape (3,), of any surface with an area."""
+    points = np.asarray(vertices, dtype=np.float64)
+    corners = points[np.asarray(triangles)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weights = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+    origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    middles = np.ascontiguousarray((corners.mean(axis=1) - origin).T)
+    centre: Floats = origin + np.sum(middles * weights, axis=1) / np.sum(weights)
+    return centre
+
+
 def _corners(
     points: Floats, facets: npt.NDArray[np.integer], origin: Floats, offset: Floats | None = None
 ) -> Iterator[Floats]:

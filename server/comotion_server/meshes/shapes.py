@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from comotion_server.meshes.mass import MassProperties
 from comotion_server.meshes.mesh_errors import MeshError
 from comotion_server.meshes.triangle_mesh import TriangleMesh
 
@@ -28,6 +29,24 @@ def prism(base: float, height: float, thickness: float) -> TriangleMesh:
     outline = np.array([[-base / 2, -height / 3], [base / 2, -height / 3], [0.0, 2 * height / 3]])
     vertices = [[x, y, z] for z in (-thickness / 2, thickness / 2) for x, y in outline]
     return TriangleMesh(np.array(vertices), np.array(PRISM_TRIANGLES, dtype=np.uint32))
+
+
+def box_properties(size: npt.ArrayLike) -> MassProperties:
+    """Closed forms for `box`: exact where the sum over facets leaves rounding in the products of inertia."""
+    x, y, z = _lengths("box size", size, 3)
+    volume = x * y * z
+    return _about_axes(volume, (y * y + z * z) / 12, (z * z + x * x) / 12, (x * x + y * y) / 12)
+
+
+def prism_properties(base: float, height: float, thickness: float) -> MassProperties:
+    """Closed forms for `prism`: the isosceles triangle has b2/24 about its axis and h2/18 about the centroid."""
+    b, h, t = _lengths("prism base, height, thickness", (base, height, thickness), 3)
+    volume = 0.5 * b * h * t
+    return _about_axes(volume, h * h / 18 + t * t / 12, b * b / 24 + t * t / 12, h * h / 18 + b * b / 24)
+
+
+def _about_axes(volume: float, *squared_radii: float) -> MassProperties:
+    return MassProperties(float(volume), np.zeros(3), volume * np.diag(squared_radii))
 
 
 def _lengths(what: str, values: npt.ArrayLike, count: int) -> npt.NDArray[np.float64]:

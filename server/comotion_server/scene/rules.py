@@ -1,0 +1,88 @@
+"""Rules between the keys of one table.
+
+They are asked of the table as read, whether or not its values are sound, so that all mistakes of a body show at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from comotion_server.scene.tables import AXES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+Found = tuple[tuple[str, ...], str]
+FREE_ONLY = ("locked", "reacts", "thrust")
+VELOCITIES = ("velocity", "angular_velocity")
+SHAPES = ("stl", "box", "prism")
+PLACES = ("grid", "poses", "random")
+
+
+def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]:
+    """Broken rules of a `[[body]]` or `[[array]]`: the keys below the table, and what is wrong.
+
+    Args:
+        body: the table as read.
+        known: all keys that it may have; a table with unknown ones is not also told what it lacks.
+    """
+    complete = all(key in known for key in body)
+    motion = body.get("motion", "free")
+    yield from _exactly_one(body.get("shape"), "shape", SHAPES)
+    yield from _exactly_one(body.get("place"), "place", PLACES)
+    yield from _mass_rules(body, free=motion == "free", complete=complete)
+    if motion == "free":
+        yield from _locked_velocity(body)
+    elif motion == "fixed":
+        yield from _not_with(body, (*FREE_ONLY, *VELOCITIES), "only a free body takes it; this one is fixed")
+    elif isinstance(motion, dict):
+        yield from _not_with(body, FREE_ONLY, "only a free body takes it; this one's motion is prescribed")
+        yield from _not_with(body, VELOCITIES, "a prescribed body moves as its 'motion' says; give it there")
+        yield from _motion_rules(body, motion)
+
+
+def _exactly_one(table: Any, name: str, choices: Sequence[str]) -> Iterator[Found]:
+    if not isinstance(table, dict) or any(key not in choices for key in table):
+        return
+    if len(table) != 1:
+        given = " and ".join(table) or "none"
+        yield (name,), f"must have exactly one of {', '.join(choices)}; got {given}"
+
+
+def _mass_rules(body: Mapping[str, Any], *, free: bool, complete: bool) -> Iterator[Found]:
+    given = [key for key in ("mass", "density") if key in body]
+    if len(given) == 2:
+        yield ("density",), "give either 'mass' or 'density', not both"
+    elif not given and free and complete:
+        yield (), "a free body needs 'mass' [kg] or 'density' [kg/m3]"
+    elif not given and "inertia" in body and complete:
+        yield ("inertia",), "without 'mass' or 'density' it means nothing"
+
+
+def _locked_velocity(body: Mapping[str, Any]) -> Iterator[Found]:
+    locked = body.get("locked", [])
+    for key, axes in zip(VELOCITIES, (AXES[:3], AXES[3:]), strict=True):
+        values = body.get(key)
+        if not isinstance(values, list) or not isinstance(locked, list) or len(values) != 3:
+            continue
+        against = [axis for axis, value in zip(axes, values, strict=True) if axis in locked and value != 0]
+        if against:
+            yield (key,), f"must be 0 where motion is locked ({', '.join(against)}); got {values}"
+
+
+def _motion_rules(body: Mapping[str, Any], motion: Mapping[str, Any]) -> Iterator[Found]:
+    if not motion:
+        yield ("motion",), "needs 'velocity', 'angular_velocity' or 'table'; a body that stays is \"fixed\""
+    if "table" in motion:
+        for key in VELOCITIES:
+            if key in motion:
+                yield ("motion", key), "not together with 'table', which says how the body moves"
+        yield from _not_with(body, ("position", "quaternion"), "the table of poses says where the body is")
+        if "place" in body:
+            yield ("motion", "table"), "not for an array: all members would be in one place"
+
+
+def _not_with(body: Mapping[str, Any], keys: Sequence[str], why: str) -> Iterator[Found]:
+    for key in keys:
+        if key in body:
+            yield (key,), why

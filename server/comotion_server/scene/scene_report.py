@@ -1,0 +1,134 @@
+"""What is in a scene, as plain data: for people to read before they start."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from comotion_server.scene.model import Body, Fixed, Free, Scene
+
+if TYPE_CHECKING:
+    from comotion_server.meshes.mesh_health import MeshHealth
+    from comotion_server.scene.bodies import MadeBody
+
+
+@dataclass(frozen=True)
+class BodyReport:
+    """One body.
+
+    Attributes:
+        name: of the body.
+        region: of geometry exchange.
+        motion: "free", "fixed" or "prescribed".
+        shape: what the scene calls it.
+        mass: [kg], or None where there is none.
+        principal_moments: of inertia about the centre of mass [kg m2], ascending, or None.
+        volume: [m3], or None for a surface that encloses nothing.
+        position: centre of mass [m], world frame.
+        size: diameter [m] of the bounding sphere about the centre of mass.
+        vertices: of its mesh.
+        triangles: of its mesh.
+        health: of its mesh.
+        notes: what is worth knowing and no mistake.
+    """
+
+    name: str
+    region: str
+    motion: str
+    shape: str
+    mass: float | None
+    principal_moments: tuple[float, float, float] | None
+    volume: float | None
+    position: tuple[float, float, float]
+    size: float
+    vertices: int
+    triangles: int
+    health: MeshHealth
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return asdict(self) | {"health": self.health.as_dict()}
+
+
+@dataclass(frozen=True)
+class RegionReport:
+    """One region of geometry exchange: its name and how much is in it."""
+
+    name: str
+    bodies: int
+    vertices: int
+    triangles: int
+
+
+@dataclass(frozen=True)
+class SceneReport:
+    """A scene: its name, its regions and its bodies, in the order of their names."""
+
+    name: str
+    regions: tuple[RegionReport, ...]
+    bodies: tuple[BodyReport, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "name": self.name,
+            "regions": [asdict(region) for region in self.regions],
+            "bodies": [body.as_dict() for body in self.bodies],
+        }
+
+
+def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
+    """The report of a scene whose bodies were made so."""
+    regions = tuple(
+        RegionReport(
+            name,
+            len(bodies),
+            sum(len(body.mesh.vertices) for body in bodies),
+            sum(len(body.mesh.triangles) for body in bodies),
+        )
+        for name, bodies in scene.regions.items()
+    )
+    bodies = tuple(_body_report(item) for item in sorted(made, key=lambda item: item.body.name))
+    return SceneReport(scene.name, regions, bodies)
+
+
+def _body_report(made: MadeBody) -> BodyReport:
+    body, solid = made.body, made.solid
+    moments = None if np.isnan(body.inertia).any() else np.linalg.eigvalsh(body.inertia)
+    return BodyReport(
+        name=body.name,
+        region=body.region,
+        motion=_motion_word(body),
+        shape=solid.label,
+        mass=None if np.isnan(body.mass) else body.mass,
+        principal_moments=None if moments is None else _triple(moments),
+        volume=None if np.isnan(solid.volume) else solid.volume,
+        position=_triple(body.position),
+        size=body.mesh.size,
+        vertices=len(body.mesh.vertices),
+        triangles=len(body.mesh.triangles),
+        health=solid.health,
+        notes=_notes(made),
+    )
+
+
+def _motion_word(body: Body) -> str:
+    if isinstance(body.motion, Free):
+        return "free"
+    return "fixed" if isinstance(body.motion, Fixed) else "prescribed"
+
+
+def _notes(made: MadeBody) -> tuple[str, ...]:
+    health = made.solid.health
+    if health.closed:
+        return ()
+    what = ", ".join(health.problems)
+    return (f"not a closed surface: {what}; its position is its centre of area",)
+
+
+def _triple(values: Any) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
