@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from comotion_protocol.messages import Contact
 
-WINDOW = 0.1  # [s]: twenty steps of 5 ms; long enough to hold several hits of a floe field, short against seconds
-
 
 @dataclass
 class ContactImpulses:
@@ -54,7 +52,7 @@ class Resistance:
 
 
 def resistance(
-    impulses: ContactImpulses, travel: NDArray[np.float64], start: float, window: float = WINDOW
+    impulses: ContactImpulses, travel: NDArray[np.float64], start: float, window: float
 ) -> Resistance:
     """Resistance per window [s], from `start` [s] on; `travel` (3,) [m] gives the direction (x where there is none).
 
@@ -73,7 +71,7 @@ def resistance(
     return Resistance(edges, impulse / np.diff(edges))
 
 
-def plot_resistance(path: Path, body: str, curve: Resistance, window: float = WINDOW) -> None:
+def plot_resistance(path: Path, body: str, curve: Resistance, window: float) -> None:
     """Draw the curve as steps, with its mean, into a picture file."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

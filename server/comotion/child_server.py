@@ -1,0 +1,87 @@
+"""The server as a child process of `comotion run`.
+
+It is `comotion serve` with its standard input on a pipe from here: when this process ends in whatever way, SIGKILL
+included, the pipe closes and the server stops (`--stop-with-stdin`; works on every platform). It gets a session of its
+own, so that Ctrl-C reaches this process alone, which then ends both in order.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from comotion.commands.errors import BAD_OUTCOME, UserError
+
+STOP_PATIENCE = 1.0  # [s] between asking the server to stop and killing it; both sides are to be gone within 2 s
+
+
+@dataclass(frozen=True)
+class Ready:
+    """The server's ready line: where it listens, and how each body moves ("free", "fixed" or "prescribed")."""
+
+    run: str
+    listen: str
+    motion: dict[str, str]
+
+
+class ServerProcess:
+    """A running `comotion serve`; leaving the block ends it."""
+
+    def __init__(self, scene: Path, run: str) -> None:
+        command = [sys.executable, "-m", "comotion", "serve", str(scene), "--run", run, "--listen", "tcp/127.0.0.1:0"]
+        self._errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
+        self._process = subprocess.Popen(
+            [*command, "--json", "--stop-with-stdin"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+            start_new_session=True,
+        )
+
+    def wait_until_ready(self) -> Ready:
+        """Wait for the ready line; the first run ever compiles the kernels, which takes a while.
+
+        Raises:
+            UserError: the server refused; the text and the exit code are its own.
+        """
+        assert self._process.stdout is not None  # noqa: S101  # for the type checker: it is a pipe
+        line = self._process.stdout.readline()
+        if not line:
+            raise self.failure()
+        facts: dict[str, Any] = json.loads(line)
+        return Ready(facts["run"], facts["listen"], facts["motion"])
+
+    def failure(self) -> UserError:
+        """Why the server is gone: its own words, as far as it had any."""
+        try:
+            code = self._process.wait(STOP_PATIENCE)
+        except subprocess.TimeoutExpired:
+            return UserError("the server does not answer", BAD_OUTCOME)
+        self._errors.seek(0)
+        words = self._errors.read().strip() or f"the server ended with exit code {code}"
+        return UserError(words.removeprefix("comotion: "), code if code > 0 else BAD_OUTCOME)
+
+    def stop(self) -> None:
+        """End the server: ask by closing its input, kill it when it takes too long."""
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                stream.close()
+        try:
+            self._process.wait(STOP_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._errors.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()

@@ -1,0 +1,1 @@
+"""One module per command: `NAME`, `add_to` (its options and help) and `execute`."""

@@ -1,0 +1,58 @@
+"""`comotion mock`: the mock CFD client against any server."""
+
+import argparse
+import json
+from typing import Any
+
+from comotion.commands.arguments import add_command, add_json, add_network, add_play, add_scene, scene_path
+from comotion.commands.errors import BAD_OUTCOME
+
+NAME = "mock"
+EXAMPLES = """\
+  comotion mock float_box --run float_box
+  comotion mock channel --run ice --connect tcp/127.0.0.1:7450 --duration 1
+  comotion mock channel --run ice --connect tcp/server:7447 --insecure     (a private network)
+
+exit codes: 0 done; 1 blocked, interrupted, no server or a dead one; 2 wrong use or a scene that cannot be used
+"""
+
+
+def add_to(commands: Any) -> None:
+    """Add the command's options."""
+    summary = "run the mock CFD client against a server"
+    description = "Play the CFD solver's side of a scene (its [fluid] table) against a running server."
+    parser = add_command(commands, NAME, summary, description, EXAMPLES)
+    add_scene(parser)
+    parser.add_argument("--run", required=True, metavar="NAME", help="name of the run that the server serves")
+    add_network(parser, listen=False)
+    add_play(parser)
+    add_json(parser)
+    parser.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Connect, play, tell how it was."""
+    path = scene_path(options.scene)
+    from comotion_mock_cfd.cfd_client import wants
+
+    from comotion.commands.play import Play, overridden
+    from comotion.fluid_scene import load_fluid_scene
+    from comotion.stop_signals import terminate_as_interrupt
+    from comotion.timed_motion import TimedMotion
+
+    scene = overridden(load_fluid_scene(path), options)
+    with (
+        terminate_as_interrupt(),
+        TimedMotion.open(
+            options.run,
+            options.connect,
+            wants=wants(options.sample),
+            dt=scene.dt,
+            name="comotion mock",
+            zenoh_config=options.zenoh_config,
+            allow_insecure=options.insecure,
+        ) as motion,
+    ):
+        summary = Play(motion, scene).to_the_end()
+    print(json.dumps(summary.as_data(), indent=2, allow_nan=False) if options.json else "\n".join(summary.lines()))
+    return 0 if summary.status == "ok" else BAD_OUTCOME

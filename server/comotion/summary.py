@@ -1,0 +1,87 @@
+"""The summary of a run: data for programs, lines for people."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from comotion.run_record import RunRecord
+
+if TYPE_CHECKING:
+    from comotion_mock_cfd.heave import HeavePeriod
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run tells at its end."""
+
+    scene: str
+    record: RunRecord
+    wall_time: float  # of the exchange, without start-up and drawing [s]
+    protocol_share: float | None  # of the time spent waiting for replies; None when nobody could be asked
+    heave: "HeavePeriod | None"
+    interrupted: bool = False
+
+    @property
+    def status(self) -> str:
+        """In a word: "ok", "blocked" or "interrupted"."""
+        if self.interrupted:
+            return "interrupted"
+        return "blocked" if self.record.blocked_at else "ok"
+
+    @property
+    def wall_per_simulated(self) -> float | None:
+        """Wall time per simulated second; None before the first step."""
+        return self.wall_time / self.record.time if self.record.time > 0.0 else None
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data for JSON; units in the names."""
+        record, heave = self.record, self.heave
+        return {
+            "scene": self.scene,
+            "status": self.status,
+            "steps": record.steps,
+            "simulated_s": record.time,
+            "wall_s": self.wall_time,
+            "wall_per_simulated_second": self.wall_per_simulated,
+            "protocol_share": self.protocol_share,
+            "impacts": record.impacts,
+            "momentum_error_max": record.momentum_error,
+            "angular_momentum_error_max": record.angular_momentum_error,
+            "energy_error_max": record.energy_error,
+            "overlaps": record.overlaps,
+            "overlap_max_m": record.overlap_max,
+            "budgets_exhausted": record.budgets_exhausted,
+            "blocked_at_s": record.blocked_at,
+            "heave": None
+            if heave is None
+            else {
+                "body": heave.body,
+                "period_s": heave.measured,
+                "theory_s": heave.theory,
+                "error": heave.error,
+                "cycles": heave.cycles,
+            },
+        }
+
+    def lines(self) -> list[str]:
+        """Aligned text, one figure a line."""
+        record, pace, share = self.record, self.wall_per_simulated, self.protocol_share
+        errors = (record.momentum_error, record.angular_momentum_error, record.energy_error)
+        rows = [
+            ("scene", f"{self.scene}: {self.status}"),
+            ("steps", f"{record.steps} ({record.time:.6g} s simulated)"),
+            ("impacts", str(record.impacts)),
+            ("wall time", "-" if pace is None else f"{pace:.3g} s per simulated second ({self.wall_time:.3g} s in all)"),
+            ("protocol share", "-" if share is None else f"{share:.1%} of the time spent waiting for replies"),
+            ("worst error", "momentum {:.1e}, angular momentum {:.1e}, energy {:.1e} (relative)".format(*errors)),
+            ("overlaps", f"{record.overlaps}, largest {record.overlap_max:.3g} m" if record.overlaps else "none"),
+        ]
+        if self.heave is not None:
+            heave = self.heave
+            found = f"{heave.measured:.5g} s over {heave.cycles} cycles; theory {heave.theory:.5g} s"
+            rows.append(("heave period", f"{found}; error {heave.error:+.2%}"))
+        if record.budgets_exhausted:
+            rows.append(("budget", f"used up in {record.budgets_exhausted} steps; see `budget` in [collisions]"))
+        if record.blocked_at:
+            rows.append(("blocked", f"{len(record.blocked_at)} steps, first at {record.blocked_at[0]:.6g} s"))
+        width = max(len(name) for name, _ in rows)
+        return [f"{name:<{width}}  {value}" for name, value in rows]
