@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.contact_features import is_parallel
+from comotion_server.contact_features import ParallelCriteria
 from comotion_server.contact_response import Ledger, Touch, respond
-from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.pair_table import Closeness, PairTable
 from comotion_server.results import Budget, CollisionRecord, Contact
+from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
 SAME_TIME = 1e-12  # of the step: collisions closer in time count as simultaneous; rounding of the times is 1e-16 of it
@@ -47,8 +47,10 @@ class CollisionQueue:
         self.world = world
         self.settings = world.scene.collisions
         self.table = PairTable(world)
+        self._criteria = ParallelCriteria(self.table, self.settings) if self.settings.parallel == "paper" else None
         self.now = 0.0
         self._left_out: set[tuple[int, int]] = set()
+        self._refuse_overlaps()
 
     def checkpoint(self) -> tuple[Any, float]:
         """What a step changes: the memory of the pairs and the local clock."""
@@ -96,8 +98,8 @@ class CollisionQueue:
         return CollisionRecord(tuple(self.ledger.impacts), contacts, self.ledger.books, budget)
 
     def _advance(self, time: float) -> None:
-        self.now = time
-        self.world.advance(time)
+        self.now = float(time)
+        self.world.advance(self.now)
 
     def _build(self, closeness: Closeness, window: float) -> Queue:
         """The queue (P10, 1 to 3); pairs found intersecting have time zero, unless left out (P14)."""
@@ -125,22 +127,36 @@ class CollisionQueue:
         outrun = False
         for k in touching:
             a, b = map(int, self.table.pairs[k])
+            touch = Touch(a, b, closeness.point_a[k], closeness.point_b[k], closeness.normal[k])
+            parallel = self._criteria is not None and self._criteria.met(k, touch)
             if closeness.distance[k] == 0.0:
                 self._left_out.add((a, b))
-            touch = self._touch(closeness, k, a, b)
-            if respond(self.world, self.ledger, touch, self.now, self.start_time):
+                touch = touch.at_midpoint()
+            if respond(self.world, self.ledger, touch, self.now, self.start_time, parallel=parallel):
                 outrun |= self.table.outruns((a, b), until)
         if outrun:
             self.table.refresh(self.now, until)
 
-    def _touch(self, closeness: Closeness, k: int, a: int, b: int) -> Touch:
-        p, q, n = closeness.point_a[k], closeness.point_b[k], closeness.normal[k]
-        parallel = self.settings.parallel == "paper" and is_parallel(self.table, self.world.state, k, p, q, n)
-        return Touch(a, b, p, q, n, parallel)
+    def _refuse_overlaps(self) -> None:
+        """The rules know a contact by where it was last apart, so a scene must start without one."""
+        self.table.refresh(0.0, 0.0)
+        distance = self.table.measure(0.0, 0.0, self.settings.tolerance).distance
+        names = self.world.names
+        problems = [
+            Problem(
+                self.world.scene.name,
+                None,
+                f'bodies "{names[a]}" and "{names[b]}"',
+                "touch or overlap at the start; expected a gap between all bodies that can collide",
+            )
+            for a, b in self.table.pairs[distance == 0.0]
+        ]
+        if problems:
+            raise SceneError(problems)
 
     def _count_overlaps(self, closeness: Closeness, overlapping: NDArray[np.bool_]) -> None:
         """Books the pairs that intersect now and did not at the last sub-step, and the depth of all that do (P8)."""
-        new = overlapping & ~self.table.last.overlapping
         for k in np.flatnonzero(overlapping):
-            ...
+            depth = self.table.overlap_depth(k, closeness.normal[k])
+            self.ledger.books.meet_overlap(depth, new=not self.table.last.overlapping[k])
         self.table.last.overlapping[:] = overlapping

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from comotion_server.kernels.books import carried, errors, size_of, taken
 from comotion_server.kernels.flight import begin
 from comotion_server.kernels.impact import impulse_of, push
-from comotion_server.results import Books, CollisionRecord, Contact, Impact
+from comotion_server.results import Books, Impact
 from comotion_server.world import World
 
 Array = NDArray[np.float64]
@@ -23,7 +23,11 @@ class Touch:
     point_a: Array
     point_b: Array
     normal: Array
-    parallel: bool  # by the criteria of P12
+
+    def at_midpoint(self) -> "Touch":
+        """The same with both points midway: bodies that intersect must get opposite impulses in one line."""
+        middle = 0.5 * (self.point_a + self.point_b)
+        return Touch(self.a, self.b, middle, middle, self.normal)
 
 
 @dataclass(slots=True)
@@ -35,13 +39,18 @@ class Ledger:
     books: Books = field(default_factory=Books)
 
 
-def respond(world: World, ledger: Ledger, touch: Touch, local_time: float, start_time: float) -> bool:
-    """Applies the impulse of one touch at `local_time` of a step that began at `start_time` [s]; whether there was one."""
+def respond(
+    world: World, ledger: Ledger, touch: Touch, local_time: float, start_time: float, *, parallel: bool
+) -> bool:
+    """Applies the impulse of one touch at `local_time` of a step that began at `start_time` [s]; whether there was one.
+
+    A `parallel` contact pushes without turning (P12).
+    """
     a, b, p, q, n = touch.a, touch.b, touch.point_a, touch.point_b, touch.normal
     x, v, R, L, w = world.state.arrays
     bodies, scene = world.bodies, world.scene
     e = scene.collisions.restitution_between(scene.bodies[a], scene.bodies[b])
-    impulse, speed, ease, turning = impulse_of(bodies, a, b, x, v, R, w, p, q, n, e, touch.parallel)
+    impulse, speed, ease, turning = impulse_of(bodies, a, b, x, v, R, w, p, q, n, e, parallel)
     if impulse <= 0.0:
         return False
     J = impulse * n

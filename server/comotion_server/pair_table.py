@@ -29,14 +29,15 @@ class LastApart(NamedTuple):
     point_a: Array  # (k,3) closest point of a when last apart, its body frame [m]
     point_b: Array  # (k,3) closest point of b when last apart, its body frame [m]
     normal: Array  # (k,3) unit, from a to b, world frame, when last apart
-    witness: NDArray[np.int64]  # (k,2) closest triangles: where the next search starts
+    triangles: NDArray[np.int64]  # (k,2) that held the closest points when last apart, within their shapes
+    witness: NDArray[np.int64]  # (k,2) closest triangles now: where the next search starts; -1: none
     overlapping: NDArray[np.bool_]  # (k,) at the last measurement
 
     @classmethod
     def of(cls, count: int) -> "LastApart":
         vectors = (np.zeros((count, 3)) for _ in range(3))
-        witness = np.full((count, 2), -1, dtype=np.int64)
-        return cls(np.full(count, np.nan), np.zeros(count), *vectors, witness, np.zeros(count, dtype=np.bool_))
+        triangles, witness = (np.full((count, 2), -1, dtype=np.int64) for _ in range(2))
+        return cls(np.full(count, np.nan), np.zeros(count), *vectors, triangles, witness, np.zeros(count, dtype=np.bool_))
 
 
 class Closeness(NamedTuple):
@@ -116,9 +117,16 @@ class PairTable:
         gap_allowed = tolerance * self.smaller_size
         reach = (self._bound[pairs[:, 0]] + self._bound[pairs[:, 1]]) * (end - now) + 2.0 * gap_allowed
         distance, approach = np.empty(count), np.empty(count)
-        p, q, n = np.empty((count, 3)), np.empty((count, 3)), np.zeros((count, 3))
+        p, q, n = (np.empty((count, 3)) for _ in range(3))
         closest_points_of_pairs(
-            self.store.arrays, self.shape_of_body, x, R, pairs, reach, self.last.witness, distance, p, q
+            self.store.arrays, self.shape_of_body, x, R, pairs, reach, self.last.witness, distance, p, q, n
         )
         measure(pairs, now, gap_allowed, x, v, R, w, reach, distance, p, q, n, approach, self.last)
         return Closeness(distance, approach, p, q, n)
+
+    def overlap_depth(self, k: int, normal: Array) -> float:
+        """Depth [m] of an intersecting pair along the normal (3,) of its last state apart (P8)."""
+        from comotion_server.kernels.penetration import overlap_depth
+
+        state, (a, b) = self.world.state, self.pairs[k]
+        return float(overlap_depth(self.store.arrays, self.shape_of_body, state.position, state.rotation, a, b, normal))

@@ -44,8 +44,9 @@ class Books:
     overlaps: int = 0
     overlap_max: float = 0.0  # [m]
 
-    def add_overlap(self, depth: float) -> None:
-        self.overlaps += 1
+    def meet_overlap(self, depth: float, *, new: bool) -> None:
+        """Books an overlap of `depth` [m]; `new` if the pair was apart at the sub-step before."""
+        self.overlaps += new
         self.overlap_max = max(self.overlap_max, depth)
 
 

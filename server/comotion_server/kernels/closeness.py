@@ -66,8 +66,6 @@ def measure(pairs, time, tolerance, x, v, R, w, reach, distance, p, q, n, approa
             last.time[k] = nan
             continue
         if distance[k] > 0.0:
-            for m in range(3):
-                n[k, m] = (q[k, m] - p[k, m]) / distance[k]
             remember(last, k, a, b, x, R, p[k], q[k], n[k])
             elapsed = time - last.time[k]
             if elapsed > 0.0 and distance[k] > tolerance[k]:
@@ -83,18 +81,18 @@ def measure(pairs, time, tolerance, x, v, R, w, reach, distance, p, q, n, approa
 
 @jit
 def remember(last, k, a, b, x, R, p, q, n):
-    """Keeps the closest points in the frames of their bodies, and the normal."""
+    """Keeps the closest points in the frames of their bodies, their triangles and the normal."""
     pa = to_body(R[a], p[0] - x[a, 0], p[1] - x[a, 1], p[2] - x[a, 2])
     qb = to_body(R[b], q[0] - x[b, 0], q[1] - x[b, 1], q[2] - x[b, 2])
     for m in range(3):
         last.point_a[k, m], last.point_b[k, m], last.normal[k, m] = pa[m], qb[m], n[m]
+    last.triangles[k, 0], last.triangles[k, 1] = last.witness[k, 0], last.witness[k, 1]
 
 
 @jit
 def recall(last, k, a, b, x, R, p, q, n):
-    """The closest points of the last state apart, moved with the bodies: both are put midway, so that the impulse is one."""
+    """The closest points and normal of the last state apart, the points moved with their bodies."""
     pa = to_world(R[a], last.point_a[k, 0], last.point_a[k, 1], last.point_a[k, 2])
     qb = to_world(R[b], last.point_b[k, 0], last.point_b[k, 1], last.point_b[k, 2])
     for m in range(3):
-        middle = 0.5 * (pa[m] + x[a, m] + qb[m] + x[b, m])
-        p[m], q[m], n[m] = middle, middle, last.normal[k, m]
+        p[m], q[m], n[m] = pa[m] + x[a, m], qb[m] + x[b, m], last.normal[k, m]

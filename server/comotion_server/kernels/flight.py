@@ -100,7 +100,12 @@ def split(R, L, moments, Q, torque, duration):
     steps = count_substeps(moments, L, torque, duration)
     h = duration / steps
     P = R @ Q
-    for _ in range(steps):
+    l0, l1, l2 = L[0], L[1], L[2]
+    for step in range(steps + 1):
+        t = duration * step / steps  # L afresh each time, so that its kicks do not add up rounding
+        L[0], L[1], L[2] = l0 + t * torque[0], l1 + t * torque[1], l2 + t * torque[2]
+        if step == steps:
+            break
         split_step(P, L, moments, torque, SUZUKI * h)
         split_step(P, L, moments, torque, SUZUKI * h)
         split_step(P, L, moments, torque, (1.0 - 4.0 * SUZUKI) * h)
@@ -246,8 +251,6 @@ def fly(flights, bodies, i, time, x, v, R, L, w):
             spin_symmetric(R, L, bodies.moments[i], bodies.principal[i], t)
         else:
             split(R, L, bodies.moments[i], bodies.principal[i], flights.torque[i], t)
-            for k in range(3):
-                L[k] = flights.momentum[i, k] + t * flights.torque[i, k]
         angular_velocity_of(R, L, bodies.moments[i], bodies.principal[i], w)
 
 
