@@ -67,7 +67,7 @@ def _outside(x, y, z):
 
 
 @jit
-def _box_gap(m, node_a, node_b, R, t, enough):
+def box_gap(m, node_a, node_b, R, t, enough):
     """A proven lower bound of the distance of two boxes, as good as it gets or at least `enough` [m]."""
     c = sub(add(rotated(R, row(m.centre, node_b)), t), row(m.centre, node_a))
     ax, ay, az = row(m.axes[node_a], 0), row(m.axes[node_a], 1), row(m.axes[node_a], 2)
@@ -220,7 +220,7 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, stack
         if bound < limit:
             bound = max(bound, _gap_along(m, node_a, node_b, n, n_b, n_t))
         if bound < limit:
-            bound = max(bound, _box_gap(m, node_a, node_b, R, t, limit))
+            bound = max(bound, box_gap(m, node_a, node_b, R, t, limit))
         if bound >= limit:
             lower = min(lower, bound)
         elif m.child[node_a] < 0 and m.child[node_b] < 0:
