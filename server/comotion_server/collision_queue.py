@@ -72,7 +72,7 @@ class CollisionQueue:
         """Moves all bodies to local time `until` [s], colliding on the way (P10)."""
         self.table.refresh(self.now, until)
         while self.rounds < self.settings.budget:
-            closeness = self.table.measure(self.now, until, self.settings.tolerance)
+            closeness = self.table.measure(self.now, self.settings.tolerance)
             queue = self._build(closeness, until - self.now)
             if not len(queue.pairs):
                 break
@@ -140,7 +140,7 @@ class CollisionQueue:
     def _refuse_overlaps(self) -> None:
         """The rules know a contact by where it was last apart, so a scene must start without one."""
         self.table.refresh(0.0, 0.0)
-        distance = self.table.measure(0.0, 0.0, self.settings.tolerance).distance
+        distance = self.table.measure(0.0, self.settings.tolerance).distance
         names = self.world.names
         problems = [
             Problem(

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from comotion_server.kernels.closeness import measure, pairs_in_reach, speed_bounds
 from comotion_server.kernels.mesh_pair import closest_points_of_pairs
+from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.meshes.mesh_store import MeshStore
 from comotion_server.world import World
 
 Array = NDArray[np.float64]
 
-ROOM = (
-    1.5  # speed that a body may gain before the table is made again, as a factor; larger: more far pairs are looked at
-)
+LOOK_AHEAD = 2.0  # steps: pairs are measured so early that one that may collide has a previous distance (P9)
+ROOM = 1.5  # factor of speed that a body may gain before the table is made again; larger: more far pairs are measured
 
 
 class LastApart(NamedTuple):
@@ -61,7 +61,8 @@ class PairTable:
         self.radius = 0.5 * np.array([body.mesh.size for body in bodies])
         self.pairs = np.empty((0, 2), dtype=np.int64)
         self.last = LastApart.of(0)
-        self._bound = np.zeros(world.body_count)
+        self._bound = np.zeros(world.body_count)  # of the speed of any point of each body [m/s]
+        self._reach = np.zeros(world.body_count)  # how far its points may come [m]
 
     def checkpoint(self) -> tuple[NDArray[np.int64], LastApart]:
         return self.pairs.copy(), LastApart(*(column.copy() for column in self.last))
@@ -78,9 +79,9 @@ class PairTable:
         world = self.world
         speed_bounds(world.flights, world.bodies, end, self.radius, self._bound)
         self._bound *= ROOM
-        reach = self._bound * (end - now)
+        self._reach = self._bound * ((end - now) * LOOK_AHEAD)
         pairs = np.empty((max(64, 2 * len(self.pairs)), 2), dtype=np.int64)
-        arguments = (world.state.position, self.radius, reach, world.bodies.reacts)
+        arguments = (world.state.position, self.radius, self._reach, world.bodies.reacts)
         count = pairs_in_reach(*arguments, pairs)
         if count > len(pairs):
             pairs = np.empty((count, 2), dtype=np.int64)
@@ -109,13 +110,13 @@ class PairTable:
         speed_bounds(self.world.flights, self.world.bodies, end, self.radius, bound)
         return any(bound[i] > self._bound[i] for i in bodies)
 
-    def measure(self, now: float, end: float, tolerance: float) -> Closeness:
+    def measure(self, now: float, tolerance: float) -> Closeness:
         """Distances and approach speeds of all pairs at local time `now`; `tolerance` is relative to the smaller body."""
         world, pairs = self.world, self.pairs
         x, v, R, _, w = world.state.arrays
         count = len(pairs)
         gap_allowed = tolerance * self.smaller_size
-        reach = (self._bound[pairs[:, 0]] + self._bound[pairs[:, 1]]) * (end - now) + 2.0 * gap_allowed
+        reach = self._reach[pairs[:, 0]] + self._reach[pairs[:, 1]] + 2.0 * gap_allowed
         distance, approach = np.empty(count), np.empty(count)
         p, q, n = (np.empty((count, 3)) for _ in range(3))
         closest_points_of_pairs(
@@ -126,7 +127,6 @@ class PairTable:
 
     def overlap_depth(self, k: int, normal: Array) -> float:
         """Depth [m] of an intersecting pair along the normal (3,) of its last state apart (P8)."""
-        from comotion_server.kernels.penetration import overlap_depth
-
-        state, (a, b) = self.world.state, self.pairs[k]
-        return float(overlap_depth(self.store.arrays, self.shape_of_body, state.position, state.rotation, a, b, normal))
+        a, b = self.pairs[k]
+        x, R, shape = self.world.state.position, self.world.state.rotation, self.shape_of_body
+        return float(overlap_depth(self.store.arrays, shape[a], shape[b], x[a], R[a], x[b], R[b], normal))
