@@ -63,7 +63,8 @@ def dissolve_flat(points: Floats, triangles: Integers, flat: Integers) -> Intege
     """Take out facets whose three corners lie on a line, and keep the surface closed.
 
     A flat facet a b c, b between a and c, stands on its neighbour over the long edge a c. Both are replaced by the
-    neighbour cut in two at b, which is the same surface. A flat facet without exactly one such neighbour is left out.
+    neighbour cut in two at b, which is the same surface. Of flat facets in a row the one with the longest edge stands on
+    the sound neighbour, so it comes first. A flat facet without exactly one such neighbour is left out.
 
     Args:
         points: [m], shape (n, 3).
@@ -71,7 +72,7 @@ def dissolve_flat(points: Floats, triangles: Integers, flat: Integers) -> Intege
         flat: numbers of the flat facets.
     """
     patch = _Patch(triangles, np.flatnonzero(np.isin(triangles, triangles[flat]).sum(axis=1) >= 2))
-    for f in flat.tolist():
+    for f in flat[np.argsort(-measure(points, triangles[flat]).longest, kind="stable")].tolist():
         corners = patch.remove(f)
         sides = [points[corners[k - 1]] - points[corners[k - 2]] for k in range(3)]  # side k faces corner k
         middle = corners[int(np.argmax([side @ side for side in sides]))]

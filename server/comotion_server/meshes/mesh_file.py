@@ -26,6 +26,8 @@ def load_mesh(path: str | Path) -> LoadedMesh:
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise MeshError(f"unknown kind of mesh file '{path.name}'; allowed: {', '.join(FORMATS)}")
+    if path.is_dir():
+        raise MeshError("cannot be read: it is a folder")
     try:
         return repair(*_read(path))
     except OSError as error:

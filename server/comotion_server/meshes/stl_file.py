@@ -40,7 +40,7 @@ def read_stl(path: Path) -> npt.NDArray[np.float64]:
     if head.lstrip().lower().startswith(b"solid") and b"\0" not in head:
         return _read_text(path.read_bytes())
     if size < HEADER:
-        raise MeshError(f"neither a text STL file (it does not start with 'solid') nor a binary one ({size} bytes)")
+        raise MeshError(f"neither a text STL file, which starts with 'solid', nor a whole binary one: {size} bytes")
     raise MeshError(
         f"a binary STL file with {count} facets takes {HEADER + FACET.itemsize * count} bytes; "
         f"this one has {size}: it is cut short or not an STL file"
