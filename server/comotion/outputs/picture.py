@@ -41,7 +41,7 @@ class Still:
         moving = [b for b in self.surface.bodies if self.motion.get(b.name, "free") != "fixed"] or self.surface.bodies
         points = np.concatenate([self.surface.points_of(body) for body in moving])
         low, high = points.min(axis=0), points.max(axis=0)
-        margin = 0.1 * float(np.linalg.norm(high - low))
+        margin = 0.05 * float(np.linalg.norm(high - low))
         return low - margin, high + margin
 
     @property

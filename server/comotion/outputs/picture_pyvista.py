@@ -2,6 +2,7 @@
 
 import os
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 pv: Any = import_module("pyvista")
 
+VIEW_ANGLE = 30.0  # [degrees], of the picture's height
 FEATURE_ANGLE = 30.0  # [degrees]: edges sharper than this are drawn
 SUN = np.array([0.8, 0.25, -1.0])  # direction of its light; shadows are points moved along it onto one plane
 LIFT = 1e-4  # part of the scene's size by which shadows lie above the water, or the two flicker
@@ -69,7 +71,7 @@ def _add_shadow(plotter: Any, mesh: Any, height: float) -> None:
 
 def _add_water(plotter: Any, still: Still, level: float) -> None:
     low, high = still.box
-    edge = 0.5 * float(np.max(high - low))
+    edge = 1.5 * float(np.max(high - low))
     low = np.minimum(still.surface.points.min(axis=0), low) - edge
     high = np.maximum(still.surface.points.max(axis=0), high) + edge
     middle = (low + high) / 2
@@ -78,9 +80,17 @@ def _add_water(plotter: Any, still: Still, level: float) -> None:
 
 
 def _look(plotter: Any, still: Still) -> None:
+    """Look at the box of what moves from as near as shows all eight corners."""
     low, high = still.box
     middle = (low + high) / 2
-    distance = 1.25 * float(np.linalg.norm(high - low))
     away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
+    right = np.cross([0.0, 0.0, 1.0], away)
+    right /= np.linalg.norm(right)
+    corners = np.array(list(product(*zip(low - middle, high - middle, strict=True))))
+    slope = np.tan(np.radians(VIEW_ANGLE / 2))
+    heights = np.abs(corners @ np.cross(away, right)) / slope
+    widths = np.abs(corners @ right) / (slope * SIZE[0] / SIZE[1])
+    distance = np.max(np.maximum(heights, widths) + corners @ away)
+    plotter.camera.view_angle = VIEW_ANGLE
     plotter.camera_position = [middle + distance * away, middle, (0.0, 0.0, 1.0)]
     plotter.reset_camera_clipping_range()

@@ -44,7 +44,7 @@ class RunOutputs:
         self._names = [body.name for region in opened.regions for body in region.bodies]
         self._surface = Surface(opened.regions, opened.vertices, opened.triangles)
         self._tables = Tables(folder)
-        self._start = opened.time
+        self._start = self._time = opened.time
         self._next_frame = opened.sample_time
         self.notes: list[str] = []
         self._series = self._open_series()
@@ -55,7 +55,8 @@ class RunOutputs:
     def add(self, step: "StepRecord") -> None:
         """Write one step."""
         reply = step.reply
-        self._tables.write_wrenches(step.time - step.dt, self._names, step.wrenches)
+        self._tables.write_wrenches(self._time, self._names, step.wrenches)
+        self._time = step.time
         self._tables.write_impacts(reply.impacts or ())
         self._tables.write_contacts(step.time, reply.contacts or ())
         if self._impulses is not None:
