@@ -74,8 +74,8 @@ def heave_period(gravity: float, draught: float) -> float:
 def mean_period(times: ArrayLike, speeds: ArrayLike) -> tuple[float, int]:
     """Mean period [s] of an oscillation and the number of whole cycles (0: nan) it was taken over.
 
-    A cycle lies between two lowest points, where the speed goes through zero upwards. The speed's zeros need no rest
-    position, and their linear interpolation is exact: under a force held over the step the speed is linear in time.
+    A cycle lies between two lowest points, where the speed goes through zero upwards. Unlike the height's zeros they
+    need no rest position; between steps the speed is linear in time, because the force is held.
     """
     t, v = np.asarray(times, dtype=float), np.asarray(speeds, dtype=float)
     low = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))

@@ -1,9 +1,10 @@
-"""Bodies, and a motion server small enough to be seen through: one body, no rotation, exact flight under a held force."""
+"""Bodies, and a motion server small enough to be seen through: one body that translates under a held force."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from comotion_mock_cfd.box_form import box_mesh
 from comotion_protocol.messages import Region, RegionBody
 
@@ -16,7 +17,9 @@ def _icosphere(divisions):
     g = (1 + 5**0.5) / 2
     v = np.array([[-1, g, 0], [1, g, 0], [-1, -g, 0], [1, -g, 0], [0, -1, g], [0, 1, g]])
     v = np.concatenate([v, [[0, -1, -g], [0, 1, -g], [g, 0, -1], [g, 0, 1], [-g, 0, -1], [-g, 0, 1]]])
-    rows = "0 11 5 0 5 1 0 1 7 0 7 10 0 10 11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11"
+    rows = (
+        "0 11 5 0 5 1 0 1 7 0 7 10 0 10 11 1 5 9 5 11 4 11 10 2 10 7 6 7 1 8 3 9 4 3 4 2 3 2 6 3 6 8 3 8 9 4 9 5 2 4 11"
+    )
     t = np.array((rows + " 6 2 10 8 6 7 9 8 1").split(), dtype=int).reshape(-1, 3)
     v /= np.linalg.norm(v[0])
     for _ in range(divisions):
@@ -47,9 +50,8 @@ class OneBody:
         self._sample = sample
         self.time = 0.0
         body = RegionBody(name="box", first_vertex=0, vertex_count=len(self._mesh))
-        region = Region(
-            name="floating", vertex_count=len(self._mesh), triangle_count=len(self._triangles), bodies=(body,)
-        )
+        counts = {"vertex_count": len(self._mesh), "triangle_count": len(self._triangles)}
+        region = Region(name="floating", moves=True, bodies=(body,), **counts)
         self.triangles = {"floating": self._triangles}
         self.states = [self._state()]
         self.opened = SimpleNamespace(regions=(region,), time=0.0, step=1, **self._surface(dt))

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+
 from comotion_mock_cfd.hydrostatics import hydrostatic_forces
 from comotion_mock_cfd.nodal import wrench_about
 
@@ -25,8 +26,8 @@ def volume_and_moment(vertices, triangles):
 def cube_below(normal, height):
     """Volume and first moment of the unit cube [0, 1]^3 where normal . x <= height, in rational numbers.
 
-    Inclusion and exclusion over the corners v: every term is the simplex normal . (x - v) <= height - normal . v cut from
-    the octant at v, of volume h^3 / (6 n1 n2 n3) and first moment about v h^4 / (24 n1 n2 n3 n_i).
+    Inclusion and exclusion over the corners v: every term is the simplex normal . (x - v) <= h = height - normal . v
+    cut from the octant at v, of volume h^3 / (6 n1 n2 n3) and first moment about v h^4 / (24 n1 n2 n3 n_i).
     """
     flip = [n < 0 for n in normal]
     height = Fraction(height) - sum(Fraction(n) for n in normal if n < 0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from comotion_mock_cfd.drag import add_drag
 from comotion_mock_cfd.fluid import Drag, Fluid, FluidScene
 from comotion_mock_cfd.fluid_forces import fluid_forces

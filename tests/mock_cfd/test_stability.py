@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from comotion_mock_cfd.box_form import SIZE
 from comotion_mock_cfd.hydrostatics import hydrostatic_forces
 from comotion_mock_cfd.nodal import wrench_about
@@ -50,6 +51,6 @@ def test_roll_stiffness_is_weight_times_metacentric_height(box):
 def test_heave_stiffness_is_the_weight_of_a_layer_of_water(box):
     vertices, triangles = box(SIZE)
     for rise in (-0.05, -1e-6, 0.03):
-        force = hydrostatic_forces(vertices + [0, 0, rise], triangles, WATER, GRAVITY, 0.0).sum(axis=0)
+        force = hydrostatic_forces(vertices + np.array([0, 0, rise]), triangles, WATER, GRAVITY, 0.0).sum(axis=0)
         expected = WEIGHT - WATER * GRAVITY * LENGTH * BREADTH * rise
         assert force == pytest.approx([0, 0, expected], abs=ROUNDING * WEIGHT)

@@ -1,0 +1,128 @@
+"""The scenes that come with comotion hold what they promise, checked as the server reads them."""
+
+import numpy as np
+import pytest
+
+from comotion_mock_cfd.fluid import load_fluid
+from comotion_mock_cfd.fluid_forces import fluid_forces
+from comotion_mock_cfd.nodal import wrench_about
+from comotion_mock_cfd.scenes import names, path_of
+from comotion_server.scene import Fixed, Prescribed, load_scene
+
+
+def placed(body):
+    """World vertices [m] of a body at time 0."""
+    w, *v = body.quaternion
+    x = body.mesh.vertices
+    turned = x + 2 * w * np.cross(v, x) + 2 * np.cross(v, np.cross(v, x))
+    return turned + body.position
+
+
+def outline(body):
+    """Corners of a prism seen from above, shape (3, 2), counter-clockwise."""
+    points = placed(body)[:3, :2]
+    a, b = points[1] - points[0], points[2] - points[0]
+    return points if a[0] * b[1] > a[1] * b[0] else points[::-1]
+
+
+def clear(p, q):
+    """Largest gap [m] between two convex outlines along the normals of their edges; negative if they overlap."""
+    gaps = []
+    for one, other in ((p, q), (q, p)):
+        edge = np.roll(one, -1, axis=0) - one
+        normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.linalg.norm(edge, axis=1, keepdims=True)
+        gaps.append(((other[None] - one[:, None]) * normal[:, None]).sum(axis=-1).min(axis=1).max())
+    return max(gaps)
+
+
+def test_names_and_paths():
+    assert names() == ("channel", "drop", "float_box")
+    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are channel, drop, float_box"):
+        path_of("tank")
+
+
+@pytest.mark.parametrize("name", names())
+def test_both_sides_read_the_same_scene(name):
+    scene, fluid_scene = load_scene(path_of(name)), load_fluid(path_of(name))
+    assert scene.name == fluid_scene.name == name
+    assert (scene.dt, scene.duration) == (fluid_scene.dt, fluid_scene.duration)
+    assert scene.gravity == pytest.approx([0, 0, -fluid_scene.gravity], abs=0)
+
+
+def test_float_box_rests_at_the_draught_it_states():
+    scene, fluid_scene = load_scene(path_of("float_box")), load_fluid(path_of("float_box"))
+    (box,) = scene.bodies
+    heave = fluid_scene.fluid.heave
+    assert heave.body == box.name
+    at_rest = placed(box) - [0, 0, placed(box)[:, 2].min() + heave.draught]
+    lift = fluid_forces(fluid_scene, at_rest, np.zeros_like(at_rest), box.mesh.triangles).sum(axis=0)
+    # The STL has float32 corners: 3e-8 relative each, on three edges.
+    assert lift[2] == pytest.approx(box.mass * fluid_scene.gravity, rel=1e-7)
+    assert placed(box)[:, 2].min() + heave.draught == pytest.approx(0.02, abs=1e-7)
+
+
+def test_drop_starts_half_a_metre_above_a_fixed_floor():
+    scene = load_scene(path_of("drop"))
+    box, floor = scene.bodies
+    assert isinstance(floor.motion, Fixed)
+    assert placed(box)[:, 2].min() - placed(floor)[:, 2].max() == pytest.approx(0.5, abs=1e-7)
+    assert scene.collisions.restitution == 0.5
+    assert load_fluid(path_of("drop")).fluid is None
+
+
+@pytest.fixture(scope="module")
+def channel():
+    return load_scene(path_of("channel")), load_fluid(path_of("channel"))
+
+
+def test_the_channel_has_what_p22_describes(channel):
+    scene, _ = channel
+    assert {name: len(bodies) for name, bodies in scene.regions.items()} == {"banks": 2, "hull": 1, "ice": 28}
+    hull = scene.regions["hull"][0]
+    assert isinstance(hull.motion, Prescribed)
+    assert hull.motion.velocity.tolist() == [0.5, 0.0, 0.0]
+    assert hull.mass == 125.0
+    assert all(isinstance(bank.motion, Fixed) for bank in scene.regions["banks"])
+    assert {floe.mass for floe in scene.regions["ice"]} == {0.5}
+    assert scene.duration == 6.0
+
+
+def test_floes_and_hull_float_in_equilibrium(channel):
+    scene, fluid_scene = channel
+    for body in (*scene.regions["ice"], *scene.regions["hull"]):
+        vertices = placed(body)
+        forces = fluid_forces(fluid_scene, vertices, np.zeros_like(vertices), body.mesh.triangles)
+        wrench = wrench_about(body.position, vertices, forces)
+        weight = body.mass * fluid_scene.gravity
+        # Floes: the scene gives 16 digits. The hull is held up by its prescription; its mesh displaces 124.997 kg.
+        tolerance = 1e-12 if body.region == "ice" else 1e-4
+        assert wrench[:3] == pytest.approx([0, 0, weight], abs=tolerance * weight)
+        if body.region == "ice":
+            assert wrench[3:] == pytest.approx(0.0, abs=1e-13 * weight)
+
+
+def test_no_floe_overlaps_another_one_a_bank_or_the_hull(channel):
+    scene, _ = channel
+    outlines = [outline(floe) for floe in scene.regions["ice"]]
+    assert min(clear(p, q) for i, p in enumerate(outlines) for q in outlines[:i]) > 0.005 - 1e-12
+    bank_face = min(np.abs(placed(bank)[:, 1]).min() for bank in scene.regions["banks"])
+    corners = np.concatenate(outlines)
+    assert np.abs(corners[:, 1]).max() < bank_face
+    # All floes lie ahead of the stem where it is above them.
+    ice_top = placed(scene.regions["ice"][0])[:, 2].max()
+    assert corners[:, 0].min() > 1.0 + ice_top / np.tan(np.radians(30.0))
+
+
+def test_the_bow_reaches_the_ice_within_half_a_second(channel):
+    scene, _ = channel
+    # The waterline of the bow, 0.25 m further on, enters the outline of a floe.
+    x = np.linspace(0.0, 1.0, 400)
+    half_breadth = 0.307 * (1 - x**2)
+    bow = np.concatenate([np.stack([x + 0.25, sign * half_breadth], axis=1) for sign in (1, -1)])
+    entered = False
+    for floe in scene.regions["ice"]:
+        corners = outline(floe)
+        edge = np.roll(corners, -1, axis=0) - corners
+        arm = bow[:, None] - corners
+        entered |= (edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] > 0).all(axis=1).any()
+    assert entered
