@@ -3,8 +3,6 @@
 Public names are loaded when first used, so that a command's `--help` costs no numpy and no zenoh.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

@@ -1,17 +1,17 @@
 """Arrays on the wire: a header and, back to back, the raw bytes of its blocks (SPEC B1 to B7)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from comotion_protocol import limits
 from comotion_protocol.errors import RemoteProtocolError
 
-DTYPES = {"<f8": np.dtype("<f8"), "<u4": np.dtype("<u4")}
+Description: TypeAlias = tuple[str, np.dtype[Any], tuple[int, int]]
+
+DTYPES: dict[str, np.dtype[Any]] = {"<f8": np.dtype("<f8"), "<u4": np.dtype("<u4")}
 """The element types of blocks (SPEC B4)."""
 
 
@@ -61,11 +61,13 @@ def split(blocks: Any, bulk: bytes, largest: int = limits.BULK_BYTES) -> dict[st
         arrays[name] = np.frombuffer(bulk, dtype, count, start).reshape(shape)
         start += count * dtype.itemsize
     if start != len(bulk):
-        raise _refuse("malformed", "B3", f"blocks take {start} bytes, the bulk has {len(bulk)}", blocks=start, bulk=len(bulk))
+        raise _refuse(
+            "malformed", "B3", f"blocks take {start} bytes, the bulk has {len(bulk)}", blocks=start, bulk=len(bulk)
+        )
     return arrays
 
 
-def _descriptions(blocks: Any) -> Sequence[tuple[str, np.dtype[Any], tuple[int, int]]]:
+def _descriptions(blocks: Any) -> Sequence[Description]:
     """Name, element type and shape of every block, checked (SPEC B2, B4, B5)."""
     if not isinstance(blocks, list):
         raise _refuse("wrong_type", "B2", f"blocks: expected a list, got {type(blocks).__name__}")
@@ -74,7 +76,7 @@ def _descriptions(blocks: Any) -> Sequence[tuple[str, np.dtype[Any], tuple[int, 
     return [_description(block) for block in blocks]
 
 
-def _description(block: Any) -> tuple[str, np.dtype[Any], tuple[int, int]]:
+def _description(block: Any) -> Description:
     if not isinstance(block, dict):
         raise _refuse("wrong_type", "B2", f"block: expected a map, got {type(block).__name__}")
     name, dtype, shape = block.get("name"), block.get("dtype"), block.get("shape")

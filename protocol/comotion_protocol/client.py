@@ -1,13 +1,14 @@
 """A blocking client: what a CFD adapter calls once per step.
 
+Example::
+
     with MotionClient.open(run="channel") as motion:
         reply = motion.step(0.005, {"ice": forces})
         reply.vertices["ice"]
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
@@ -38,9 +39,6 @@ from comotion_protocol.messages import (
     Wants,
 )
 
-DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
-"""Where a server listens unless told otherwise (SPEC Z1)."""
-
 OPEN_TIMEOUT = 60.0
 """Patience with an open [s]: it may have to wait for the last step of a holder that died."""
 
@@ -53,11 +51,13 @@ _T = TypeVar("_T")
 class MotionClient:
     """One client's session with a motion server. For one thread at a time; only `status` may be called from another."""
 
-    def __init__(self, link: Link, opened: OpenReply) -> None:
+    def __init__(self, link: Link, opened: OpenReply, wants: Wants) -> None:
         self._link = link
         self._step = opened.step - 1
         self._attempt = 0
         self._closed = False
+        self._still = {region.name: opened.vertices[region.name] for region in opened.regions if not region.moves}
+        self._wants = wants
         self.opened = opened
         """The open reply."""
 
@@ -65,7 +65,7 @@ class MotionClient:
     def open(
         cls,
         run: str,
-        connect: str = DEFAULT_ENDPOINT,
+        connect: str | None = None,
         *,
         wants: Wants | None = None,
         dt: float | None = None,
@@ -81,7 +81,7 @@ class MotionClient:
 
         Args:
             run: name of the run.
-            connect: the server's endpoint.
+            connect: the server's endpoint; tcp/127.0.0.1:7447 unless given here or in `zenoh_config`.
             wants: what every reply should carry; vertices at the end of the step unless told otherwise.
             dt: size of the first step [s]; needed for the midpoint sample.
             digest: refuse to open unless the server has the surfaces with this digest.
@@ -107,15 +107,16 @@ class MotionClient:
                 allow_insecure=allow_insecure,
                 shared_memory=shared_memory,
             )
+        wants = wants or Wants()
         request = OpenRequest(
             client=ClientInfo(name=name, version=metadata.version("comotion"), id=link.client_id),
             protocol=limits.PROTOCOL,
-            wants=wants or Wants(),
+            wants=wants,
             dt=None if dt is None else float(dt),
             digest=digest,
         )
         try:
-            return cls(link, _exchange(link, "open", request, codec.decode_open_reply, OPEN_TIMEOUT))
+            return cls(link, _exchange(link, "open", request, codec.decode_open_reply, OPEN_TIMEOUT), wants)
         except BaseException:
             link.close()
             raise
@@ -230,7 +231,8 @@ class MotionClient:
         )
         reply = _exchange(self._link, "step", request, codec.decode_step_reply, None)
         self._step, self._attempt = step, attempt
-        return reply
+        # Regions that never move came with the open reply and are not sent again (SPEC M8).
+        return replace(reply, vertices={**self._still, **reply.vertices}) if self._wants.vertices else reply
 
 
 def _array(what: str, values: ArrayLike) -> FloatArray:

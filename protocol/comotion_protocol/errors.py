@@ -3,8 +3,6 @@
 Every error carries the code and the number of the rule that was broken, a message for people and a detail for programs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +21,7 @@ CODES: Mapping[str, str] = {
     "wrong_shape": "an array has another shape than its region or the bodies need",
     "not_finite": "an array holds NaN or infinity",
     "bad_dt": "a step size is not a positive finite number",
+    "bad_step": "the simulation cannot take these forces with this step size",
     "sums_mismatch": "the client's sums differ from those of the forces received",
     "lease_held": "another client holds the lease",
     "wrong_lease": "the lease is not the one given out last, or nobody holds one",
@@ -34,6 +33,9 @@ CODES: Mapping[str, str] = {
     "failed": "the server could not do it, by its own fault; the state is unchanged",
 }
 """Codes of error replies and what they mean (SPEC E2)."""
+
+SERVER_FAULTS = frozenset({"failed", "busy", "stopping"})
+"""Codes of error replies that are not the asker's fault (SPEC E3)."""
 
 
 class ProtocolError(Exception):

@@ -1,7 +1,5 @@
 """The key space of a run (SPEC, section K)."""
 
-from __future__ import annotations
-
 import re
 
 from comotion_protocol import limits

@@ -1,11 +1,11 @@
 """How a message travels: the interface of a link, and the one that stays in memory.
 
-A client's link asks and waits. On the server's side every request arrives at a `Host` as a `Question`, which is answered
-exactly once, from any thread. Headers and bulk are bytes on both sides, so that a test over memory runs the whole codec.
+A client's link asks and waits. On the server's side every request arrives at a `Host` as a `Question`, which is
+answered exactly once, from any thread. Headers and bulk are bytes on both sides, so that a test over memory runs the
+whole codec.
 """
 
-from __future__ import annotations
-
+import secrets
 import threading
 from typing import Protocol
 
@@ -84,11 +84,11 @@ class _MemoryQuestion:
 class MemoryLink:
     """A link to a host in the same process."""
 
-    def __init__(self, host: Host, client_id: str = "memory") -> None:
+    def __init__(self, host: Host) -> None:
         self._host = host
         self._open = True
-        self.client_id = client_id
-        host.client_alive(client_id, alive=True)
+        self.client_id = secrets.token_hex(8)
+        host.client_alive(self.client_id, alive=True)
 
     def ask(self, message: str, frame: Frame, timeout: float | None) -> tuple[bool, bytes, bytes]:
         """See `Link.ask`."""

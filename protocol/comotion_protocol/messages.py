@@ -3,8 +3,6 @@
 SI units throughout; vectors are (x, y, z) in the world frame; arrays are C-contiguous float64 or uint32.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -72,11 +70,12 @@ class RegionBody:
 
 @dataclass(frozen=True, kw_only=True)
 class Region:
-    """A surface that forces act on: bodies in the order of their names."""
+    """A surface that forces act on: bodies in the order of their names. One that never moves is sent once, at open."""
 
     name: str
     vertex_count: int
     triangle_count: int
+    moves: bool
     bodies: tuple[RegionBody, ...]
 
 

@@ -1,0 +1,85 @@
+"""Replies made from what the simulation returns (SPEC M6, M8)."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from comotion_protocol import messages as m
+from comotion_server.engine import EngineSample
+from comotion_server.surfaces import Surface
+
+
+def motion_arrays(sample: EngineSample, wants: m.Wants, surfaces: Mapping[str, Surface]) -> dict[str, Any]:
+    """What open and step replies share: velocities, poses and twists of a sample, as far as they are wanted."""
+    return {
+        "velocities": {
+            name: surface.send(sample.velocities[name]) for name, surface in surfaces.items() if wants.velocities
+        },
+        "poses": sample.poses if wants.poses else None,
+        "twists": sample.twists if wants.twists else None,
+    }
+
+
+def plan_lines(plan: Any) -> tuple[m.PlanLine, ...]:
+    """The plan as the open reply carries it."""
+    return tuple(m.PlanLine(stage=line.stage, kept=line.kept, reason=line.reason) for line in plan.explain())
+
+
+def sums_found(out: Any) -> m.Sums:
+    """Sums of the forces of a step."""
+    return m.Sums(force=_vector(out.sums.force), moment=_vector(out.sums.moment))
+
+
+def step_reply(
+    request: m.StepRequest, out: Any, sample: EngineSample, wants: m.Wants, surfaces: Mapping[str, Surface]
+) -> m.StepReply:
+    """The reply to a step; regions that never move are not sent again (SPEC M8)."""
+    return m.StepReply(
+        step=request.step,
+        attempt=request.attempt,
+        time=float(out.time),
+        dt=float(out.dt),
+        sample_time=float(sample.time),
+        status=out.status,
+        sums=sums_found(out),
+        budget=m.Budget(limit=out.budget.limit, used=out.budget.used, exhausted=out.budget.exhausted),
+        books=m.Books(
+            momentum=float(out.books.momentum),
+            angular_momentum=float(out.books.angular_momentum),
+            energy=float(out.books.energy),
+            overlaps=int(out.books.overlaps),
+            overlap_max=float(out.books.overlap_max),
+            impacts=int(out.books.impacts),
+        ),
+        impacts=tuple(map(_impact, out.impacts)) if wants.impacts else None,
+        contacts=tuple(map(_contact, out.contacts)) if wants.contacts else None,
+        vertices={name: surfaces[name].send(rows) for name, rows in sample.vertices.items() if surfaces[name].moves},
+        **motion_arrays(sample, wants, {name: surface for name, surface in surfaces.items() if surface.moves}),
+    )
+
+
+def _impact(impact: Any) -> m.Impact:
+    return m.Impact(
+        time=float(impact.time),
+        body_a=impact.body_a,
+        body_b=impact.body_b,
+        point=_vector(impact.point),
+        normal=_vector(impact.normal),
+        impulse=float(impact.impulse),
+        approach_speed=float(impact.approach_speed),
+        restitution=float(impact.restitution),
+        law=impact.law,
+    )
+
+
+def _contact(contact: Any) -> m.Contact:
+    return m.Contact(
+        body_a=contact.body_a,
+        body_b=contact.body_b,
+        impulse=_vector(contact.impulse),
+        count=int(contact.count),
+    )
+
+
+def _vector(values: Any) -> m.Vector:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
