@@ -43,7 +43,8 @@ def _double_minor(a, b, c, d):
 
 
 @jit
-def _double_determinant(a, b, c, d):
+def volume_exactly(a, b, c, d):
+    """The determinant det(a - d, b - d, c - d), right to 29 digits of its largest term."""
     ux, uy, uz = _double_difference(a[0], d[0]), _double_difference(a[1], d[1]), _double_difference(a[2], d[2])
     vx, vy, vz = _double_difference(b[0], d[0]), _double_difference(b[1], d[1]), _double_difference(b[2], d[2])
     wx, wy, wz = _double_difference(c[0], d[0]), _double_difference(c[1], d[1]), _double_difference(c[2], d[2])
@@ -63,7 +64,7 @@ def orientation(a, b, c, d):
     permanent = abs(u[0]) * (abs(x1) + abs(x2)) + abs(u[1]) * (abs(y1) + abs(y2)) + abs(u[2]) * (abs(z1) + abs(z2))
     bound = PLAIN_BOUND * permanent
     if abs(determinant) <= bound:
-        determinant = _double_determinant(a, b, c, d)
+        determinant = volume_exactly(a, b, c, d)
         bound = DOUBLE_BOUND * permanent
     if determinant > bound:
         return 1

@@ -4,8 +4,8 @@
 - Edge-edge: of each pair of edges of triangles that intersect, the two closest points, if each lies inside the other
   body; lines within a flat face are no edges.
 The depth is the largest of these, measured along the direction: how far the bodies must be moved back. Where there is
-none (overlaps at the level of rounding, coplanar sides, plates that pass through each other) it is the largest move that
-any single pair of intersecting triangles needs to come apart.
+none (overlaps at the level of rounding, coplanar sides, plates that pass through each other) it is the largest move
+that any single pair of intersecting triangles needs to come apart.
 """
 
 from math import inf

@@ -9,8 +9,8 @@ pairs at distance zero and are found by the distance (P5).
 """
 
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.orientation import orientation
-from comotion_server.kernels.vectors import ZERO, along, cross, dot, sub
+from comotion_server.kernels.orientation import orientation, volume_exactly
+from comotion_server.kernels.vectors import ZERO, along, sub
 
 
 @jit
@@ -22,10 +22,9 @@ def _passes_through(p, q, a, b, c):
 
 @jit
 def _passage_point(p, q, a, b, c):
-    """The point of p q in the plane of a, b, c."""
-    normal = cross(sub(b, a), sub(c, a))
-    before, after = abs(dot(normal, sub(p, a))), abs(dot(normal, sub(q, a)))
-    return along(p, before / (before + after) if before + after > 0.0 else 0.5, sub(q, p))
+    """The point of p q in the plane of a, b, c, which lie on different sides of it."""
+    before, after = abs(volume_exactly(a, b, c, p)), abs(volume_exactly(a, b, c, q))
+    return along(p, before / (before + after), sub(q, p))
 
 
 @jit

@@ -59,6 +59,19 @@ def segment_parameters(u, v, w):
 
 
 @jit
+def _across(gap, squared, u, v):
+    """The gap between the insides of two edges, turned to be normal to both where that is the better direction.
+
+    The difference of two points is wrong by rounding / gap, the cross product of the edges by rounding / sine.
+    """
+    normal = cross(u, v)
+    uu, vv, nn = dot(u, u), dot(v, v), dot(normal, normal)
+    if squared * uu * vv >= nn * max(uu, vv):
+        return gap
+    return scaled(normal, sqrt(squared / nn) * (1.0 if dot(gap, normal) >= 0.0 else -1.0))
+
+
+@jit
 def _edge_pair(best, a0, a1, b0, b1):
     """The better of `best` and the closest points of two edges."""
     u, v, w = sub(a1, a0), sub(b1, b0), sub(b0, a0)
@@ -67,6 +80,8 @@ def _edge_pair(best, a0, a1, b0, b1):
     squared = dot(gap, gap)
     if squared >= best[0]:
         return best
+    if 0.0 < s < 1.0 and 0.0 < t < 1.0:
+        gap = _across(gap, squared, u, v)
     return squared, along(a0, s, u), along(b0, t, v), gap
 
 
@@ -164,7 +179,7 @@ def triangle_points(a0, a1, a2, b0, b1, b2):
     """Closest points of two triangles, each vertex a tuple (x, y, z) [m].
 
     Returns (distance, point on a, point on b, direction), the direction a unit vector from a to b. Triangles that cross
-    or touch have distance exactly 0, one common point, and direction zero. Never NaN for finite input.
+    or touch have distance exactly 0, one common point, and direction zero. Never NaN for coordinates below 1e70.
     """
     origin = a0
     a1, a2 = sub(a1, origin), sub(a2, origin)
