@@ -6,6 +6,7 @@ own, so that Ctrl-C reaches this process alone, which then ends both in order.
 """
 
 import json
+import socket
 import subprocess
 import sys
 import tempfile
@@ -21,19 +22,26 @@ STOP_PATIENCE = 1.0  # [s] between asking the server to stop and killing it; bot
 
 @dataclass(frozen=True)
 class Ready:
-    """The server's ready line: where it listens, and how each body moves ("free", "fixed" or "prescribed")."""
+    """The server's ready line: where it is, and how each body moves ("free", "fixed" or "prescribed")."""
 
     run: str
-    listen: str
+    endpoint: str
     motion: dict[str, str]
+
+
+def free_endpoint() -> str:
+    """An endpoint on loopback whose port nobody uses just now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 class ServerProcess:
     """A running `comotion serve`; leaving the block ends it."""
 
     def __init__(self, scene: Path, run: str) -> None:
-        command = [sys.executable, "-m", "comotion", "serve", str(scene), "--run", run, "--listen", "tcp/127.0.0.1:0"]
-        self._errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
+        command = [sys.executable, "-m", "comotion", "serve", str(scene), "--run", run, "--listen", free_endpoint()]
+        self._errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115  # until `stop`
         self._process = subprocess.Popen(
             [*command, "--json", "--stop-with-stdin"],
             stdin=subprocess.PIPE,
@@ -54,7 +62,7 @@ class ServerProcess:
         if not line:
             raise self.failure()
         facts: dict[str, Any] = json.loads(line)
-        return Ready(facts["run"], facts["listen"], facts["motion"])
+        return Ready(facts["run"], facts["endpoint"], facts["motion"])
 
     def failure(self) -> UserError:
         """Why the server is gone: its own words, as far as it had any."""

@@ -4,12 +4,13 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
+
 from comotion_mock_cfd.fluid import Fluid, FluidError, FluidScene, load_fluid
 from comotion_server.scene.problems import Problems, path_of, sentence
 from comotion_server.scene.scene_errors import Problem, SceneError
 from comotion_server.scene.tables import SceneFile
 from comotion_server.scene.toml_lines import lines_of
-from pydantic import ValidationError
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

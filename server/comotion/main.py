@@ -1,7 +1,7 @@
 """The command `comotion`: reads the command line, runs one command, turns mistakes into plain words.
 
-Exit codes: 0 done; 1 it ran, with a bad outcome (a blocked or interrupted run, a scene with problems, a peer that died);
-2 wrong use or input that cannot be used. Nothing heavy is imported here or by the commands' modules: each command
+Exit codes: 0 done; 1 it ran, with a bad outcome (a blocked or interrupted run, a scene with problems, a peer that
+died); 2 wrong use or input that cannot be used. Nothing heavy is imported here or by the commands' modules: each command
 imports what it needs when it runs, so that `comotion --help` answers at once.
 """
 
@@ -35,6 +35,7 @@ class ShowVersion(argparse.Action):
     """Print the version; looked up only when it is asked for."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        """What argparse calls when it meets the option."""
         from importlib.metadata import version
 
         parser.exit(message=f"comotion {version('comotion')}\n")

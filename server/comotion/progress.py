@@ -26,6 +26,4 @@ def progress(duration: float) -> Iterator[Show]:
     )
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("", total=duration, steps=0, impacts=0)
-        yield lambda record: bar.update(
-            task, completed=record.time, steps=record.steps, impacts=record.impacts
-        )
+        yield lambda record: bar.update(task, completed=record.time, steps=record.steps, impacts=record.impacts)

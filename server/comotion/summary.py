@@ -70,7 +70,10 @@ class Summary:
             ("scene", f"{self.scene}: {self.status}"),
             ("steps", f"{record.steps} ({record.time:.6g} s simulated)"),
             ("impacts", str(record.impacts)),
-            ("wall time", "-" if pace is None else f"{pace:.3g} s per simulated second ({self.wall_time:.3g} s in all)"),
+            (
+                "wall time",
+                "-" if pace is None else f"{pace:.3g} s per simulated second ({self.wall_time:.3g} s in all)",
+            ),
             ("protocol share", "-" if share is None else f"{share:.1%} of the time spent waiting for replies"),
             ("worst error", "momentum {:.1e}, angular momentum {:.1e}, energy {:.1e} (relative)".format(*errors)),
             ("overlaps", f"{record.overlaps}, largest {record.overlap_max:.3g} m" if record.overlaps else "none"),

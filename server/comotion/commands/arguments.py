@@ -9,6 +9,10 @@ from typing import Any
 
 from comotion.commands.errors import UserError
 
+DEFAULT_ENDPOINT = (
+    "tcp/127.0.0.1:7447"  # that of the protocol (SPEC Z1), whose own constant would import zenoh's settings
+)
+
 
 def add_command(commands: Any, name: str, summary: str, description: str, examples: str) -> argparse.ArgumentParser:
     """A command's own parser, with its help text and examples."""
@@ -25,10 +29,8 @@ def add_command(commands: Any, name: str, summary: str, description: str, exampl
 
 def add_scene(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
     """The argument SCENE, or several of them."""
-    options = {"nargs": "+"} if many else {}
-    action = parser.add_argument(
-        "scene", metavar="SCENE", help="scene file (TOML), or the name of a shipped scene", **options
-    )
+    text = "scene file (TOML), or the name of a shipped scene"
+    action = parser.add_argument("scene", metavar="SCENE", nargs="+" if many else None, help=text)
     action.complete = {"bash": "_shtab_compgen_files", "zsh": "_files"}  # type: ignore[attr-defined]
 
 
@@ -40,16 +42,11 @@ def add_play(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sample", choices=("midpoint", "end"), default="midpoint", help=sample)
 
 
-def add_network(parser: argparse.ArgumentParser, *, listen: bool) -> None:
-    """Where the other side is, and what zenoh is told beyond that."""
-    default = "tcp/127.0.0.1:7447"
-    if listen:
-        parser.add_argument("--listen", metavar="E", help=f"endpoint to listen on (default: {default})")
-        parser.add_argument("--connect", metavar="E", help="endpoint of a zenoh router to connect to instead")
-    else:
-        text = f"endpoint of the server or of a zenoh router (default: {default})"
-        parser.add_argument("--connect", metavar="E", default=default, help=text)
-    parser.add_argument("--zenoh-config", metavar="F", type=Path, help="zenoh's own configuration file (TLS and the like)")
+def add_network(parser: argparse.ArgumentParser) -> None:
+    """What zenoh is told beyond its endpoints."""
+    parser.add_argument(
+        "--zenoh-config", metavar="F", type=Path, help="zenoh's own configuration file (TLS and the like)"
+    )
     insecure = "allow an endpoint beyond this machine without TLS; for private networks only"
     parser.add_argument("--insecure", action="store_true", help=insecure)
 

@@ -49,10 +49,9 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _examine(path: Path) -> tuple["SceneReport | None", list["Problem"]]:
+    from comotion.fluid_scene import load_fluid_scene
     from comotion_server.scene import check_scene
     from comotion_server.simulation import Simulation
-
-    from comotion.fluid_scene import load_fluid_scene
 
     report, problems = _problems_of(check_scene, path)
     problems += [problem for problem in _problems_of(load_fluid_scene, path)[1] if problem.where.startswith("fluid")]

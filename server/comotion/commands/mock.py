@@ -4,7 +4,15 @@ import argparse
 import json
 from typing import Any
 
-from comotion.commands.arguments import add_command, add_json, add_network, add_play, add_scene, scene_path
+from comotion.commands.arguments import (
+    DEFAULT_ENDPOINT,
+    add_command,
+    add_json,
+    add_network,
+    add_play,
+    add_scene,
+    scene_path,
+)
 from comotion.commands.errors import BAD_OUTCOME
 
 NAME = "mock"
@@ -24,7 +32,9 @@ def add_to(commands: Any) -> None:
     parser = add_command(commands, NAME, summary, description, EXAMPLES)
     add_scene(parser)
     parser.add_argument("--run", required=True, metavar="NAME", help="name of the run that the server serves")
-    add_network(parser, listen=False)
+    connect = f"endpoint of the server, or of a zenoh router (default: {DEFAULT_ENDPOINT})"
+    parser.add_argument("--connect", metavar="E", default=DEFAULT_ENDPOINT, help=connect)
+    add_network(parser)
     add_play(parser)
     add_json(parser)
     parser.set_defaults(execute=execute)
@@ -33,12 +43,11 @@ def add_to(commands: Any) -> None:
 def execute(options: argparse.Namespace) -> int:
     """Connect, play, tell how it was."""
     path = scene_path(options.scene)
-    from comotion_mock_cfd.cfd_client import wants
-
     from comotion.commands.play import Play, overridden
     from comotion.fluid_scene import load_fluid_scene
     from comotion.stop_signals import terminate_as_interrupt
     from comotion.timed_motion import TimedMotion
+    from comotion_mock_cfd.cfd_client import wants
 
     scene = overridden(load_fluid_scene(path), options)
     with (

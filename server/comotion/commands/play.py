@@ -5,14 +5,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
-from comotion_mock_cfd.cfd_client import CfdClient, StepRecord
-from comotion_mock_cfd.fluid import FluidScene
-from comotion_mock_cfd.heave import HeaveRecord
-
 from comotion.progress import progress
 from comotion.run_record import RunRecord
 from comotion.summary import Summary
 from comotion.timed_motion import TimedMotion
+from comotion_mock_cfd.cfd_client import CfdClient, StepRecord
+from comotion_mock_cfd.fluid import FluidScene
+from comotion_mock_cfd.heave import HeaveRecord
 
 OnStep = Callable[[StepRecord], None]
 

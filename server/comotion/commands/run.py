@@ -11,12 +11,11 @@ from comotion.commands.arguments import add_command, add_json, add_play, add_sce
 from comotion.commands.errors import BAD_OUTCOME, UserError
 
 if TYPE_CHECKING:
-    from comotion_mock_cfd.fluid import FluidScene
-
     from comotion.child_server import Ready
     from comotion.outputs.run_outputs import Subject
     from comotion.summary import Summary
     from comotion.timed_motion import TimedMotion
+    from comotion_mock_cfd.fluid import FluidScene
 
 NAME = "run"
 EXAMPLES = """\
@@ -68,19 +67,18 @@ def _with_server(path: Path, options: argparse.Namespace) -> tuple["Summary", li
 
     with ServerProcess(path, run=path.stem) as server:
         # Imported while the server starts up beside us.
-        from comotion_mock_cfd.cfd_client import wants
-        from comotion_protocol.errors import PeerAbsentError
-
         from comotion.commands.play import overridden
         from comotion.fluid_scene import load_fluid_scene
         from comotion.timed_motion import TimedMotion
+        from comotion_mock_cfd.cfd_client import wants
+        from comotion_protocol.errors import PeerAbsentError
 
         ready = server.wait_until_ready()
         scene = overridden(load_fluid_scene(path), options)
         subject = _subject(ready, scene, options)
         try:
             with TimedMotion.open(
-                ready.run, ready.listen, wants=wants(options.sample), dt=scene.dt, name="comotion run"
+                ready.run, ready.endpoint, wants=wants(options.sample), dt=scene.dt, name="comotion run"
             ) as motion:
                 return _play(motion, scene, subject, options.out)
         except PeerAbsentError:

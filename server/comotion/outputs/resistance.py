@@ -51,9 +51,7 @@ class Resistance:
         return float(self.force @ lengths / lengths.sum())
 
 
-def resistance(
-    impulses: ContactImpulses, travel: NDArray[np.float64], start: float, window: float
-) -> Resistance:
+def resistance(impulses: ContactImpulses, travel: NDArray[np.float64], start: float, window: float) -> Resistance:
     """Resistance per window [s], from `start` [s] on; `travel` (3,) [m] gives the direction (x where there is none).
 
     The last window ends with the run and is as long as what is left, so that no impulse is lost.

@@ -16,10 +16,9 @@ from comotion.outputs.surface import Surface
 from comotion.outputs.tables import Tables
 
 if TYPE_CHECKING:
+    from comotion.outputs.surface_series import SurfaceSeries
     from comotion_mock_cfd.cfd_client import StepRecord
     from comotion_protocol.messages import OpenReply
-
-    from comotion.outputs.surface_series import SurfaceSeries
 
 FRAME_INTERVAL = 0.02  # [s] of simulated time between states of the series: 50 a second play smoothly
 INSTALL = "pip install 'comotion[view]'"
@@ -86,9 +85,7 @@ class RunOutputs:
         if self._series is not None:
             self._series.close()
 
-    def _write_state(
-        self, time: float, poses: NDArray[np.float64] | None, twists: NDArray[np.float64] | None
-    ) -> None:
+    def _write_state(self, time: float, poses: NDArray[np.float64] | None, twists: NDArray[np.float64] | None) -> None:
         if poses is not None and twists is not None:
             self._tables.write_poses(time, self._names, poses, twists)
         if self._series is not None and time >= self._next_frame - 1e-9:  # [s]: rounding of summed steps
