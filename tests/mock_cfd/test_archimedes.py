@@ -44,6 +44,21 @@ def cube_below(normal, height):
     return float(volume), np.array([float(m) for m in moment])
 
 
+def fraction_below(heights, level):
+    """Share of a tetrahedron below a level, from the heights of its corners, in rational numbers.
+
+    The volume under a moving plane is a cubic B-spline whose knots are the heights (Curry and Schoenberg 1966), written
+    with truncated powers.
+    """
+    h, level = [Fraction(x) for x in heights], Fraction(level)
+    share = Fraction(0)
+    for i, low in enumerate(h):
+        if low < level:
+            others = [other - low for j, other in enumerate(h) if j != i]
+            share += (level - low) ** 3 / (others[0] * others[1] * others[2])
+    return float(share)
+
+
 def test_a_dry_body_has_exactly_no_force(icosphere):
     vertices, triangles = icosphere(2)
     forces = hydrostatic_forces(vertices, triangles, WATER, GRAVITY, -1.0 - 1e-12)
@@ -84,6 +99,20 @@ def test_a_cube_cut_by_any_plane_displaces_the_exact_volume(box, rotation, seed)
     centre_moment = turned @ (moment - volume / 2)  # first moment about the cube's centre, world
     expected = np.cross(centre_moment, [0, 0, WEIGHT])
     assert wrench[3:] == pytest.approx(expected, abs=ROUNDING * WEIGHT)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_dented_body_cut_by_the_water(icosphere, rotation, seed):
+    rng = np.random.default_rng(200 + seed)
+    vertices, triangles = icosphere(1)
+    vertices = vertices * rng.uniform(0.4, 1.6, (len(vertices), 1)) @ rotation(rng).T
+    level = rng.uniform(-0.5, 0.5)
+    # Signed tetrahedra from the origin to every facet, each cut for itself.
+    volume = 0.0
+    for a, b, c in vertices[triangles]:
+        volume += np.dot(a, np.cross(b, c)) / 6 * fraction_below((0.0, a[2], b[2], c[2]), level)
+    force = hydrostatic_forces(vertices, triangles, WATER, GRAVITY, level).sum(axis=0)
+    assert force == pytest.approx([0, 0, WEIGHT * volume], abs=ROUNDING * WEIGHT)
 
 
 @pytest.mark.parametrize(("level", "volume"), [(-0.5, 0.0), (-0.2, 0.3), (0.0, 0.5), (0.5, 1.0), (0.7, 1.0)])

@@ -1,7 +1,8 @@
-"""The example of docs/write_your_own_client.md runs as it stands, and the mock itself, against the real server in memory."""
+"""The example of docs/write_your_own_client.md as it stands, and the mock, against the real server in memory."""
 
 import functools
 import re
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -30,11 +31,13 @@ def served():
         yield MemoryLink(desk)
 
 
-def test_the_example_of_the_page_runs(served, monkeypatch, capsys):
+def test_the_example_of_the_page_runs(served, monkeypatch, capsys, tmp_path):
     (example,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert len(example.splitlines()) <= 36
     monkeypatch.setattr(MotionClient, "open", functools.partial(MotionClient.open, link=served))
-    exec(compile(example, str(PAGE), "exec"), {"__name__": "example"})
+    script = tmp_path / "my_adapter.py"
+    script.write_text(example, encoding="utf-8")
+    runpy.run_path(str(script))
     rows = re.findall(r"t = (\S+) s   height of the box (\S+) m   ok", capsys.readouterr().out)
     times, heights = np.array(rows, dtype=float).T
     assert len(times) == 200
