@@ -1,6 +1,7 @@
 """Scenes built by hand for the tests of the server."""
 
 import numpy as np
+
 from comotion_server.meshes import box, mass_properties
 from comotion_server.scene import Body, Collisions, Fixed, Free, Prescribed, Scene
 
@@ -38,4 +39,3 @@ def moved_box(name, size, position, velocity):
 
 def scene_of(*bodies, gravity=(0.0, 0.0, 0.0), **collisions):
     return Scene("by hand", np.asarray(gravity, dtype=float), 1.0, 0.01, Collisions(**collisions), bodies)
-
