@@ -21,6 +21,7 @@ from comotion_server.kernels.triangle_intersection import triangles_intersect
 from comotion_server.kernels.vectors import ZERO, add, along, dot, rotated, rotated_back, row, scaled, sub, unit
 
 BY_EDGES, BY_MOVES = 0, 1  # how the depth of two intersecting triangles is taken
+FOUND = 1e-13  # of the bodies' sizes: a depth below it is the rounding of points on each other's surface
 HALVINGS = 50  # of the move that separates two triangles: down to the rounding of a double
 
 
@@ -128,4 +129,6 @@ def overlap_depth(m, shape_a, shape_b, position_a, rotation_a, position_b, rotat
     inward = rotated_back(R, scaled(n, -1.0))
     depth = max(depth, _vertices_depth(m, shape_b, shape_a, back, t_back, inward, stack))
     depth = max(depth, _pairs_depth(m, shape_a, shape_b, R, t, n, BY_EDGES, pairs, stack))
-    return depth if depth > 0.0 else _pairs_depth(m, shape_a, shape_b, R, t, n, BY_MOVES, pairs, stack)
+    if depth > FOUND * (m.size[shape_a] + m.size[shape_b]):
+        return depth
+    return _pairs_depth(m, shape_a, shape_b, R, t, n, BY_MOVES, pairs, stack)
