@@ -63,8 +63,8 @@ def dissolve_flat(points: Floats, triangles: Integers, flat: Integers) -> Intege
     """Take out facets whose three corners lie on a line, and keep the surface closed.
 
     A flat facet a b c, b between a and c, stands on its neighbour over the long edge a c. Both are replaced by the
-    neighbour cut in two at b, which is the same surface. Of flat facets in a row the one with the longest edge stands on
-    the sound neighbour, so it comes first. A flat facet without exactly one such neighbour is left out.
+    neighbour cut in two at b, which is the same surface. Of flat facets in a row the one with the longest edge stands
+    on the sound neighbour, so it comes first. A flat facet without exactly one such neighbour is left out.
 
     Args:
         points: [m], shape (n, 3).

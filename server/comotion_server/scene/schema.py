@@ -35,6 +35,8 @@ def _without_null(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     node = {key: _without_null(value) for key, value in node.items() if not (key == "default" and value is None)}
+    if node.get("unit", "1") != "1" and "description" in node:
+        node["description"] += f" [{node['unit']}]"
     choices = [choice for choice in node.get("anyOf", []) if choice != {"type": "null"}]
     if len(choices) == 1:
         del node["anyOf"]
