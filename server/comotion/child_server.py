@@ -17,6 +17,7 @@ from typing import Any, Self
 
 from comotion.commands.errors import BAD_OUTCOME, UserError
 
+EXIT_PATIENCE = 0.5  # [s] between the news that the server is gone and its exit code
 STOP_PATIENCE = 1.0  # [s] between asking the server to stop and killing it; both sides are to be gone within 2 s
 
 
@@ -60,18 +61,19 @@ class ServerProcess:
         assert self._process.stdout is not None  # noqa: S101  # for the type checker: it is a pipe
         line = self._process.stdout.readline()
         if not line:
-            raise self.failure()
+            raise self.failure("the server does not start")
         facts: dict[str, Any] = json.loads(line)
         return Ready(facts["run"], facts["endpoint"], facts["motion"])
 
-    def failure(self) -> UserError:
-        """Why the server is gone: its own words, as far as it had any."""
+    def failure(self, seen: str) -> UserError:
+        """Why the server is gone: its own words, as far as it had any; what was `seen` from here if it still runs."""
         try:
-            code = self._process.wait(STOP_PATIENCE)
+            code = self._process.wait(EXIT_PATIENCE)
         except subprocess.TimeoutExpired:
-            return UserError("the server does not answer", BAD_OUTCOME)
+            return UserError(seen, BAD_OUTCOME)
         self._errors.seek(0)
-        words = self._errors.read().strip() or f"the server ended with exit code {code}"
+        how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+        words = self._errors.read().strip() or f"the server {how}"
         return UserError(words.removeprefix("comotion: "), code if code > 0 else BAD_OUTCOME)
 
     def stop(self) -> None:

@@ -1,8 +1,8 @@
 """The command `comotion`: reads the command line, runs one command, turns mistakes into plain words.
 
 Exit codes: 0 done; 1 it ran, with a bad outcome (a blocked or interrupted run, a scene with problems, a peer that
-died); 2 wrong use or input that cannot be used. Nothing heavy is imported here or by the commands' modules: each command
-imports what it needs when it runs, so that `comotion --help` answers at once.
+died); 2 wrong use or input that cannot be used. Nothing heavy is imported here or by the commands' modules: each
+command imports what it needs when it runs, so that `comotion --help` answers at once.
 """
 
 import argparse
@@ -38,7 +38,8 @@ class ShowVersion(argparse.Action):
         """What argparse calls when it meets the option."""
         from importlib.metadata import version
 
-        parser.exit(message=f"comotion {version('comotion')}\n")
+        print(f"comotion {version('comotion')}")
+        parser.exit()
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -52,5 +52,5 @@ def test_plot_states_the_window(tmp_path):
     pytest.importorskip("matplotlib")
     impulses = ContactImpulses("hull")
     impulses.add(0.1, [contact("hull", "floe", [1, 0, 0])])
-    plot_resistance(tmp_path / "resistance.png", "hull", resistance(impulses, np.array([1.0, 0, 0]), 0.0))
+    plot_resistance(tmp_path / "resistance.png", "hull", resistance(impulses, np.array([1.0, 0, 0]), 0.0, 0.1), 0.1)
     assert (tmp_path / "resistance.png").read_bytes().startswith(b"\x89PNG")

@@ -81,8 +81,8 @@ def _with_server(path: Path, options: argparse.Namespace) -> tuple["Summary", li
                 ready.run, ready.endpoint, wants=wants(options.sample), dt=scene.dt, name="comotion run"
             ) as motion:
                 return _play(motion, scene, subject, options.out)
-        except PeerAbsentError:
-            raise server.failure() from None
+        except PeerAbsentError as error:
+            raise server.failure(error.message) from None
 
 
 def _subject(ready: "Ready", scene: "FluidScene", options: argparse.Namespace) -> "Subject":
