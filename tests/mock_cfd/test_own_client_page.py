@@ -23,9 +23,10 @@ OMEGA = np.sqrt(9.81 / 0.1)
 
 
 @pytest.fixture
-def served():
-    """The scene `float_box`, served in memory."""
-    service = Service(Simulation.load(path_of("float_box")), "float_box")
+def served(request):
+    """A shipped scene, `float_box` unless the test names another, served in memory."""
+    scene = getattr(request, "param", "float_box")
+    service = Service(Simulation.load(path_of(scene)), scene)
     with Desk(service) as desk:
         service.serve()
         yield MemoryLink(desk)
@@ -57,3 +58,15 @@ def test_the_mock_plays_float_box_to_its_end(served):
     # The midpoint scheme's period is short by (w dt)^2 / 24 = 1e-4; drag of 0.02 of critical changes it by less.
     assert period.error == pytest.approx(0.0, abs=3e-4)
     assert heave.times[-1] == pytest.approx(6.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("served", ["channel"], indirect=True)
+def test_rows_of_poses_are_the_bodies_in_the_order_of_their_names(served):
+    with MotionClient.open("channel", wants=wants(), dt=0.005, link=served) as motion:
+        bodies = CfdClient(motion, load_fluid(path_of("channel"))).bodies
+        assert bodies.names == tuple(sorted(bodies.names))
+        rows = zip(bodies.region_of, bodies.part_of, motion.opened.poses[:, :3], strict=True)
+        for region, part, centre in rows:  # the centre of mass of a convex or slender body lies within its bounds
+            vertices = motion.vertices[region][part]
+            assert (vertices.min(axis=0) <= centre).all()
+            assert (centre <= vertices.max(axis=0)).all()
