@@ -12,27 +12,27 @@ TETRAHEDRON = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype=np.uint32)
 
 
-def region(name, bodies):
-    members = [SimpleNamespace(name=f"{name}{i}", first_vertex=4 * i, vertex_count=4) for i in range(bodies)]
-    return SimpleNamespace(name=name, vertex_count=4 * bodies, bodies=members)
+def region(name, *bodies):
+    members = [SimpleNamespace(name=body, first_vertex=4 * i, vertex_count=4) for i, body in enumerate(bodies)]
+    return SimpleNamespace(name=name, vertex_count=4 * len(bodies), bodies=members)
 
 
 @pytest.fixture
 def surface():
-    vertices = {"hull": TETRAHEDRON, "ice": np.concatenate([TETRAHEDRON + 2, TETRAHEDRON + 4])}
-    triangles = {"hull": FACES, "ice": np.concatenate([FACES, FACES + 4]).astype(np.uint32)}
-    return Surface([region("hull", 1), region("ice", 2)], vertices, triangles)
+    vertices = {"a": TETRAHEDRON, "b": np.concatenate([TETRAHEDRON + 2, TETRAHEDRON + 4])}
+    triangles = {"a": FACES, "b": np.concatenate([FACES, FACES + 4]).astype(np.uint32)}
+    return Surface([region("a", "hull"), region("b", "floe0", "floe1")], vertices, triangles)
 
 
 def test_surface_joins_regions_and_knows_each_triangles_body(surface):
-    assert [body.name for body in surface.bodies] == ["hull0", "ice0", "ice1"]
-    assert surface.body_of_triangle.tolist() == [0] * 4 + [1] * 4 + [2] * 4
-    np.testing.assert_array_equal(surface.points_of(surface.bodies[2]), TETRAHEDRON + 4)
-    np.testing.assert_array_equal(surface.triangles_of(2), FACES)
+    assert [body.name for body in surface.bodies] == ["floe0", "floe1", "hull"]
+    assert surface.body_of_triangle.tolist() == [2] * 4 + [0] * 4 + [1] * 4
+    np.testing.assert_array_equal(surface.points_of(surface.bodies[1]), TETRAHEDRON + 4)
+    np.testing.assert_array_equal(surface.triangles_of(1), FACES)
 
 
 def test_a_region_that_was_not_sent_stays_where_it_was(surface):
-    surface.update({"hull": TETRAHEDRON - 1})
+    surface.update({"a": TETRAHEDRON - 1})
     np.testing.assert_array_equal(surface.points[:4], TETRAHEDRON - 1)
     np.testing.assert_array_equal(surface.points[4:8], TETRAHEDRON + 2)
 

@@ -40,8 +40,8 @@ class RunOutputs:
     def __init__(self, folder: Path, opened: "OpenReply", subject: Subject) -> None:
         self._folder = folder
         self._subject = subject
-        self._names = [body.name for region in opened.regions for body in region.bodies]
         self._surface = Surface(opened.regions, opened.vertices, opened.triangles)
+        self._names = [body.name for body in self._surface.bodies]  # the order of the rows of poses (SPEC M6)
         self._tables = Tables(folder)
         self._start = self._time = opened.time
         self._next_frame = opened.sample_time

@@ -24,7 +24,7 @@ class Surface:
     """Points of all regions in the order of the regions, with the triangles between them.
 
     `points` [m], shape (n, 3), world frame, is replaced as vertices arrive; `triangles`, shape (m, 3), and
-    `body_of_triangle`, shape (m,), an index into `bodies`, stay.
+    `body_of_triangle`, shape (m,), an index into `bodies` (which are in the order of their names), stay.
     """
 
     def __init__(
@@ -42,11 +42,13 @@ class Surface:
             bodies += [BodyPoints(body.name, first + body.first_vertex, body.vertex_count) for body in region.bodies]
             lists.append(triangles[region.name].astype(np.int64) + first)
             first += region.vertex_count
-        self.bodies = tuple(bodies)
+        self.bodies = tuple(sorted(bodies, key=lambda body: body.name))
         self.triangles = np.concatenate(lists)
         self.points = np.zeros((first, 3))
-        starts = np.array([body.first for body in bodies], dtype=np.int64)
-        self.body_of_triangle = np.searchsorted(starts, self.triangles[:, 0], side="right") - 1
+        body_of_point = np.empty(first, dtype=np.int64)
+        for row, body in enumerate(self.bodies):
+            body_of_point[body.first : body.first + body.count] = row
+        self.body_of_triangle = body_of_point[self.triangles[:, 0]]
         self.update(vertices)
 
     def update(self, vertices: Mapping[str, NDArray[np.float64]]) -> None:
