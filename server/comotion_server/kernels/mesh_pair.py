@@ -16,9 +16,12 @@ import numpy as np
 
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.triangle_distance import triangle_points
+from comotion_server.kernels.triangle_distance import closer_points, triangle_points
 from comotion_server.kernels.vectors import add, along, dot, rotated, rotated_back, row, sub, unit
 
+SLACK = (
+    2e-15  # of the bodies' sizes: rounding of a bound; the features around a vertex all have its distance, up to this
+)
 PARALLEL = 1e-6  # squared sine of two box axes below which their cross product is not used
 
 
@@ -174,18 +177,26 @@ def _first_pair(m, node_a, node_b, R, t):
 
 
 @jit
-def _leaf_pair(m, node_a, node_b, R, t, reach, lower, best):
+def _worth(reach, slack, distance):
+    """What a bound must be below to be worth a look: the reach, or clearly below the best distance so far."""
+    return min(reach, max(distance - slack, 0.5 * distance))
+
+
+@jit
+def _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best):
     """(lower bound of what was passed over, best) after all triangle pairs of two leaves."""
     for j in range(m.first[node_b], m.first[node_b] + m.entries[node_b]):
         b0, b1, b2 = corners_moved(m, m.leaf_triangles[j], R, t)
         for i in range(m.first[node_a], m.first[node_a] + m.entries[node_a]):
             a0, a1, a2 = corners(m, m.leaf_triangles[i])
-            n = best[3]
+            n, limit = best[3], _worth(reach, slack, best[0])
             gap = min(dot(n, b0), dot(n, b1), dot(n, b2)) - max(dot(n, a0), dot(n, a1), dot(n, a2))
-            if gap >= min(reach, best[0]):
+            if gap >= limit:
                 lower = min(lower, gap)
                 continue
-            distance, p, q, n = triangle_points(a0, a1, a2, b0, b1, b2)
+            distance, p, q, n = closer_points(limit, a0, a1, a2, b0, b1, b2)
+            if distance == inf:
+                lower = min(lower, limit)
             if distance < best[0]:
                 best = (distance, p, q, n, m.leaf_triangles[i], m.leaf_triangles[j])
                 if distance == 0.0:
@@ -209,28 +220,32 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, stack
     lower = inf
     n = best[3]
     n_b, n_t = rotated_back(R, n), dot(n, t)
-    top = 0
+    slack = SLACK * (m.size[shape_a] + m.size[shape_b])
+    limit = _worth(reach, slack, best[0])
+    top, stale = 0, 0  # entries below `stale` have bounds of an earlier direction
     if best[0] > 0.0:
         stack[0, 0], stack[0, 1], bounds[0] = root_a, root_b, _gap_along(m, root_a, root_b, n, n_b, n_t)
         top = 1
     while top > 0:
         top -= 1
         node_a, node_b, bound = stack[top, 0], stack[top, 1], bounds[top]
-        limit = min(reach, best[0])
-        if bound < limit:
-            bound = max(bound, _gap_along(m, node_a, node_b, n, n_b, n_t))
+        if top < stale:
+            stale = top
+            if bound < limit:
+                bound = max(bound, _gap_along(m, node_a, node_b, n, n_b, n_t))
         if bound < limit:
             bound = max(bound, box_gap(m, node_a, node_b, R, t, limit))
         if bound >= limit:
             lower = min(lower, bound)
         elif m.child[node_a] < 0 and m.child[node_b] < 0:
             before = best[0]
-            lower, best = _leaf_pair(m, node_a, node_b, R, t, reach, lower, best)
+            lower, best = _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best)
             if best[0] == 0.0:
                 return best
             if best[0] < before:
                 n = best[3]
                 n_b, n_t = rotated_back(R, n), dot(n, t)
+                limit, stale = _worth(reach, slack, best[0]), top
         else:
             top = _push_children(m, node_a, node_b, n, n_b, n_t, bound, stack, bounds, top)
     if best[0] < reach:

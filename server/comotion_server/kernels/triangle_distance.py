@@ -113,10 +113,11 @@ def _vertex_face(best, p, a, b, c, normal, sign):
 
 
 @jit
-def _vertices_face(best, p0, p1, p2, a, b, c, normal, sign):
+def _vertices_face(best, limit, p0, p1, p2, a, b, c, normal, sign):
     """Vertex-face pairs of the three vertices p with one face.
 
-    Returns (best, whether all vertices are surely on one side, whether the pair found is surely the closest of all).
+    Returns (best, whether all vertices are surely on one side, whether the search is over: the pair found is surely the
+    closest of all, or all are farther from the plane than `limit`).
     """
     nn = dot(normal, normal)
     if nn == 0.0:
@@ -132,6 +133,8 @@ def _vertices_face(best, p0, p1, p2, a, b, c, normal, sign):
             nearest = p1
         elif h2 < h0:
             nearest = p2
+        if min(h0, h1, h2) >= limit * sqrt(nn):
+            return NO_PAIR, True, True
         best = _vertex_face(best, nearest, a, b, c, normal, sign)
         return best, True, best[0] < before
     best = _vertex_face(best, p0, a, b, c, normal, sign)
@@ -149,14 +152,17 @@ def _edges_edge(best, a0, a1, a2, b0, b1):
 
 
 @jit
-def _closest_features(rounding, a0, a1, a2, b0, b1, b2):
-    """(squared distance, point on a, point on b, gap from a to b); squared distance 0 where they cross."""
+def _closest_features(limit, rounding, a0, a1, a2, b0, b1, b2):
+    """(squared distance, point on a, point on b, gap from a to b); squared distance 0 where they cross.
+
+    NO_PAIR where a plane shows that the distance is not below `limit`.
+    """
     normal_a = triangle_normal(sub(a1, a0), sub(a2, a0))
     normal_b = triangle_normal(sub(b1, b0), sub(b2, b0))
-    best, beside_b, done = _vertices_face(NO_PAIR, a0, a1, a2, b0, b1, b2, normal_b, -1.0)
+    best, beside_b, done = _vertices_face(NO_PAIR, limit, a0, a1, a2, b0, b1, b2, normal_b, -1.0)
     if done:
         return best
-    best, beside_a, done = _vertices_face(best, b0, b1, b2, a0, a1, a2, normal_a, 1.0)
+    best, beside_a, done = _vertices_face(best, limit, b0, b1, b2, a0, a1, a2, normal_a, 1.0)
     if done:
         return best
     if not (beside_a or beside_b):
@@ -175,19 +181,27 @@ def _closest_features(rounding, a0, a1, a2, b0, b1, b2):
 
 
 @jit
+def closer_points(limit, a0, a1, a2, b0, b1, b2):
+    """As `triangle_points`, or distance inf where it is cheaply shown that it is not below `limit` [m]."""
+    origin = a0
+    a1, a2 = sub(a1, origin), sub(a2, origin)
+    b0, b1, b2 = sub(b0, origin), sub(b1, origin), sub(b2, origin)
+    touch = TOUCH * max(largest(a1), largest(a2), largest(b0), largest(b1), largest(b2))
+    squared, p, q, gap = _closest_features(limit, 0.5 * touch, ZERO, a1, a2, b0, b1, b2)
+    if squared == inf:
+        return NO_PAIR
+    distance = length(gap)
+    if distance <= touch:
+        middle = add(origin, scaled(add(p, q), 0.5))
+        return 0.0, middle, middle, ZERO
+    return distance, add(origin, p), add(origin, q), scaled(gap, 1.0 / distance)
+
+
+@jit
 def triangle_points(a0, a1, a2, b0, b1, b2):
     """Closest points of two triangles, each vertex a tuple (x, y, z) [m].
 
     Returns (distance, point on a, point on b, direction), the direction a unit vector from a to b. Triangles that cross
     or touch have distance exactly 0, one common point, and direction zero. Never NaN for coordinates below 1e70.
     """
-    origin = a0
-    a1, a2 = sub(a1, origin), sub(a2, origin)
-    b0, b1, b2 = sub(b0, origin), sub(b1, origin), sub(b2, origin)
-    touch = TOUCH * max(largest(a1), largest(a2), largest(b0), largest(b1), largest(b2))
-    _, p, q, gap = _closest_features(0.5 * touch, ZERO, a1, a2, b0, b1, b2)
-    distance = length(gap)
-    if distance <= touch:
-        middle = add(origin, scaled(add(p, q), 0.5))
-        return 0.0, middle, middle, ZERO
-    return distance, add(origin, p), add(origin, q), scaled(gap, 1.0 / distance)
+    return closer_points(inf, a0, a1, a2, b0, b1, b2)
