@@ -12,7 +12,7 @@ class Clock:
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """Now [s]."""
         return self.sum + self.lost
 
     def after(self, dt: float) -> "Clock":

@@ -37,7 +37,8 @@ class Queue:
 
     def simultaneous(self, window: float) -> NDArray[np.int64]:
         """The first pair and all with the same time."""
-        return self.pairs[self.seconds <= self.seconds[0] + SAME_TIME * window]
+        together: NDArray[np.int64] = self.pairs[self.seconds <= self.seconds[0] + SAME_TIME * window]
+        return together
 
 
 class CollisionQueue:
@@ -57,6 +58,7 @@ class CollisionQueue:
         return self.table.checkpoint(), self.now
 
     def restore(self, kept: tuple[Any, float]) -> None:
+        """Goes back to a checkpoint."""
         table, self.now = kept
         self.table.restore(table)
 
@@ -157,6 +159,6 @@ class CollisionQueue:
     def _count_overlaps(self, closeness: Closeness, overlapping: NDArray[np.bool_]) -> None:
         """Books the pairs that intersect now and did not at the last sub-step, and the depth of all that do (P8)."""
         for k in np.flatnonzero(overlapping):
-            depth = self.table.overlap_depth(k, closeness.normal[k])
+            depth = self.table.overlap_depth(int(k), closeness.normal[k])
             self.ledger.books.meet_overlap(depth, new=not self.table.last.overlapping[k])
         self.table.last.overlapping[:] = overlapping

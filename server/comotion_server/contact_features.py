@@ -32,4 +32,4 @@ class ParallelCriteria:
         (place_a, face_a), (place_b, face_b) = sides
         if abs(float(face_a @ face_b)) > self._face:
             return True
-        return min(edge_cosine(*place_a, face_b), edge_cosine(*place_b, face_a)) < self._edge
+        return bool(min(edge_cosine(*place_a, face_b), edge_cosine(*place_b, face_a)) < self._edge)

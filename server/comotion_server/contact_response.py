@@ -71,7 +71,7 @@ def respond(
         impulse * float(np.linalg.norm(q - x[b]) + np.linalg.norm(p - x[a])),
         before[6] + 0.5 * speed**2 / ease,
     )
-    record(ledger, world, touch, J, given, before, after, scale)
+    _record(ledger, touch, J, given, before, after, scale)
     names = world.names
     law = "ordinary" if turning else "parallel"
     ledger.impacts.append(
@@ -80,9 +80,7 @@ def respond(
     return True
 
 
-def record(
-    ledger: Ledger, world: World, touch: Touch, J: Array, given: Array, before: Array, after: Array, scale: Array
-) -> None:
+def _record(ledger: Ledger, touch: Touch, J: Array, given: Array, before: Array, after: Array, scale: Array) -> None:
     """Closes the books of one impact and adds its impulse to the contacts of the step."""
     wrong = np.empty(3)
     errors(before, after, given, scale, wrong)

@@ -55,6 +55,7 @@ def check_array(name: str, given: ArrayLike, rows: int, columns: int) -> Array:
 
 
 def no_wrenches(body_count: int) -> Wrenches:
+    """Wrenches of bodies that no fluid touches."""
     return Wrenches(np.zeros((body_count, 3)), np.zeros((body_count, 3)))
 
 

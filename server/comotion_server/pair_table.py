@@ -1,10 +1,10 @@
 """The pairs that may come close within the step, and what is remembered of each (P9, P14).
 
-A pair is kept while the bounding spheres of its bodies may meet before the step ends. Speeds are bounded with some room;
-only when an impact makes a body faster than its bound is the table made again.
+A pair is kept while the bounding spheres of its bodies may meet before the step ends. Speeds are bounded with some
+room; only when an impact makes a body faster than its bound is the table made again.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,22 @@ class LastApart(NamedTuple):
     overlapping: NDArray[np.bool_]  # (k,) at the last measurement
 
     @classmethod
-    def of(cls, count: int) -> "LastApart":
-        vectors = (np.zeros((count, 3)) for _ in range(3))
-        triangles, witness = (np.full((count, 2), -1, dtype=np.int64) for _ in range(2))
-        return cls(np.full(count, np.nan), np.zeros(count), *vectors, triangles, witness, np.zeros(count, dtype=np.bool_))
+    def of(cls, count: int) -> Self:
+        """Nothing remembered of `count` pairs."""
+        return cls(
+            time=np.full(count, np.nan),
+            distance=np.zeros(count),
+            point_a=np.zeros((count, 3)),
+            point_b=np.zeros((count, 3)),
+            normal=np.zeros((count, 3)),
+            triangles=np.full((count, 2), -1, dtype=np.int64),
+            witness=np.full((count, 2), -1, dtype=np.int64),
+            overlapping=np.zeros(count, dtype=np.bool_),
+        )
+
+    def copy(self) -> Self:
+        """The same numbers in arrays of their own."""
+        return type(self)(**{name: column.copy() for name, column in self._asdict().items()})
 
 
 class Closeness(NamedTuple):
@@ -65,17 +77,19 @@ class PairTable:
         self._reach = np.zeros(world.body_count)  # how far its points may come [m]
 
     def checkpoint(self) -> tuple[NDArray[np.int64], LastApart]:
-        return self.pairs.copy(), LastApart(*(column.copy() for column in self.last))
+        """The pairs and what is remembered of them."""
+        return self.pairs.copy(), self.last.copy()
 
     def restore(self, kept: tuple[NDArray[np.int64], LastApart]) -> None:
-        self.pairs, self.last = kept[0].copy(), LastApart(*(column.copy() for column in kept[1]))
+        """Goes back to a checkpoint."""
+        self.pairs, self.last = kept[0].copy(), kept[1].copy()
 
     def set_clock_back(self, seconds: float) -> None:
         """Keeps the memory true when the local clock is set back."""
         self.last.time[:] -= seconds
 
     def refresh(self, now: float, end: float) -> None:
-        """Finds the pairs that may meet between local times `now` and `end` [s]; pairs known before keep their memory."""
+        """Finds the pairs that may meet from local time `now` to `end` [s]; pairs known before keep their memory."""
         world = self.world
         speed_bounds(world.flights, world.bodies, end, self.radius, self._bound)
         self._bound *= ROOM
@@ -111,7 +125,7 @@ class PairTable:
         return any(bound[i] > self._bound[i] for i in bodies)
 
     def measure(self, now: float, tolerance: float) -> Closeness:
-        """Distances and approach speeds of all pairs at local time `now`; `tolerance` is relative to the smaller body."""
+        """Distances and approach speeds of all pairs at local time `now`; `tolerance` is relative to the smaller."""
         world, pairs = self.world, self.pairs
         x, v, R, _, w = world.state.arrays
         count = len(pairs)

@@ -5,7 +5,7 @@ not exist. The loop in `simulation` runs what is there and asks nothing.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from comotion_server.forces import Wrenches
 from comotion_server.results import CollisionRecord
@@ -21,7 +21,7 @@ class Step:
     duration: float  # [s]
     wrenches: Wrenches  # fluid, per body
     drifting: bool = False  # a prediction with the present velocities held, instead of a step
-    collisions: CollisionRecord = CollisionRecord()
+    collisions: CollisionRecord = field(default_factory=CollisionRecord)
 
 
 Action = Callable[[Step], None]
@@ -53,22 +53,22 @@ class PlanLine:
     reason: str
 
 
-def plural(count: int, noun: str, nouns: str) -> str:
+def _plural(count: int, noun: str, nouns: str) -> str:
     return f"{count} {noun if count == 1 else nouns}"
 
 
-def free_bodies(scene: Scene) -> list[Body]:
+def _free_bodies(scene: Scene) -> list[Body]:
     return [body for body in scene.bodies if isinstance(body.motion, Free)]
 
 
-def decide_take_off(scene: Scene) -> Decision:
+def _decide_take_off(scene: Scene) -> Decision:
     moving = [body for body in scene.bodies if not isinstance(body.motion, Fixed)]
     if not moving:
         return Decision(kept=False, reason="no body moves")
-    return Decision(kept=True, reason=plural(len(moving), "body moves", "bodies move"))
+    return Decision(kept=True, reason=_plural(len(moving), "body moves", "bodies move"))
 
 
-def build_take_off(world: World) -> Action:
+def _build_take_off(world: World) -> Action:
     def take_off(step: Step) -> None:
         if step.drifting:
             world.take_off_drifting()
@@ -78,38 +78,38 @@ def build_take_off(world: World) -> Action:
     return take_off
 
 
-def decide_tables(scene: Scene) -> Decision:
+def _decide_tables(scene: Scene) -> Decision:
     count = sum(isinstance(body.motion, Prescribed) and body.motion.table is not None for body in scene.bodies)
     if not count:
         return Decision(kept=False, reason="no body follows a table of poses")
-    return Decision(kept=True, reason=plural(count, "body follows a table of poses", "bodies follow tables of poses"))
+    return Decision(kept=True, reason=_plural(count, "body follows a table of poses", "bodies follow tables of poses"))
 
 
-def build_tables(world: World) -> Action:
+def _build_tables(world: World) -> Action:
     def follow_tables(step: Step) -> None:
         world.follow_tables(step.time, 0.0)
 
     return follow_tables
 
 
-def reacting_pairs(scene: Scene) -> int:
+def _reacting_pairs(scene: Scene) -> int:
     """Pairs of bodies of which at least one gives way to impacts."""
     count = len(scene.bodies)
-    stiff = count - sum(body.motion.reacts for body in free_bodies(scene) if isinstance(body.motion, Free))
+    stiff = count - sum(body.motion.reacts for body in _free_bodies(scene) if isinstance(body.motion, Free))
     return count * (count - 1) // 2 - stiff * (stiff - 1) // 2
 
 
-def decide_collisions(scene: Scene) -> Decision:
+def _decide_collisions(scene: Scene) -> Decision:
     if len(scene.bodies) < 2:
         return Decision(kept=False, reason="a lone body has nothing to collide with")
-    pairs = reacting_pairs(scene)
+    pairs = _reacting_pairs(scene)
     if not pairs:
         return Decision(kept=False, reason="no body gives way to impacts")
     rule = scene.collisions.rule
-    return Decision(kept=True, reason=f'{plural(pairs, "pair", "pairs")} may collide; rule "{rule}"')
+    return Decision(kept=True, reason=f'{_plural(pairs, "pair", "pairs")} may collide; rule "{rule}"')
 
 
-def build_collisions(world: World) -> Action:
+def _build_collisions(world: World) -> Action:
     from comotion_server.collision_queue import CollisionQueue
 
     queue = CollisionQueue(world)
@@ -125,21 +125,21 @@ def build_collisions(world: World) -> Action:
     return collide
 
 
-def decide_parallel(scene: Scene) -> Decision:
-    if not decide_collisions(scene).kept:
+def _decide_parallel(scene: Scene) -> Decision:
+    if not _decide_collisions(scene).kept:
         return Decision(kept=False, reason="nothing collides")
     if scene.collisions.parallel == "off":
         return Decision(kept=False, reason='parallel = "off"')
     return Decision(kept=True, reason="near-parallel contacts push without turning (P12)")
 
 
-def decide_free_flight(scene: Scene) -> Decision:
-    if decide_collisions(scene).kept:
+def _decide_free_flight(scene: Scene) -> Decision:
+    if _decide_collisions(scene).kept:
         return Decision(kept=False, reason="the collision queue moves the bodies")
     return Decision(kept=True, reason="nothing collides: bodies fly to the end of the step at once")
 
 
-def build_free_flight(world: World) -> Action:
+def _build_free_flight(world: World) -> Action:
     def fly(step: Step) -> None:
         for until in world.stops(step.time, step.duration):
             world.advance(until)
@@ -148,7 +148,7 @@ def build_free_flight(world: World) -> Action:
     return fly
 
 
-def decide_vertices(scene: Scene) -> Decision:
+def _decide_vertices(scene: Scene) -> Decision:
     still = [name for name, bodies in scene.regions.items() if all(isinstance(body.motion, Fixed) for body in bodies)]
     if not still:
         return Decision(kept=True, reason="every region moves")
@@ -159,12 +159,12 @@ def decide_vertices(scene: Scene) -> Decision:
 
 
 STAGES = (
-    Stage("motion tables", decide_tables, build_tables),
-    Stage("take off", decide_take_off, build_take_off),
-    Stage("collisions", decide_collisions, build_collisions),
-    Stage("parallel contacts", decide_parallel),
-    Stage("free flight", decide_free_flight, build_free_flight),
-    Stage("place vertices", decide_vertices),
+    Stage("motion tables", _decide_tables, _build_tables),
+    Stage("take off", _decide_take_off, _build_take_off),
+    Stage("collisions", _decide_collisions, _build_collisions),
+    Stage("parallel contacts", _decide_parallel),
+    Stage("free flight", _decide_free_flight, _build_free_flight),
+    Stage("place vertices", _decide_vertices),
 )
 
 

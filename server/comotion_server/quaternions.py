@@ -35,5 +35,6 @@ def quaternions_from_rotations(rotations: Array) -> Array:
         products[:, 0, i + 1] = products[:, i + 1, 0] = differences[:, i]
         for j in range(i):
             products[:, i + 1, j + 1] = products[:, j + 1, i + 1] = rotations[:, i, j] + rotations[:, j, i]
-    best = products[np.arange(len(rotations)), np.argmax(squares, axis=1)]
-    return best / np.linalg.norm(best, axis=1, keepdims=True)
+    best: Array = products[np.arange(len(rotations)), np.argmax(squares, axis=1)]
+    best /= np.linalg.norm(best, axis=1, keepdims=True)
+    return best

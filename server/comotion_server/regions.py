@@ -50,6 +50,7 @@ class Region:
 
     @property
     def triangle_count(self) -> int:
+        """How many triangles its bodies have together."""
         return sum(len(mesh.triangles) for mesh in self._meshes)
 
     def vertices(self, state: State) -> Array:
@@ -96,5 +97,6 @@ class Sample:
 
 
 def regions_of(scene: Scene) -> tuple[Region, ...]:
+    """The regions of a scene in the order of their names."""
     row_of = {body.name: row for row, body in enumerate(scene.bodies)}
     return tuple(Region(name, members, row_of) for name, members in scene.regions.items())

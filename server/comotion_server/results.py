@@ -59,6 +59,7 @@ class Budget:
 
     @property
     def exhausted(self) -> bool:
+        """Whether the step ran out of rounds."""
         return self.used >= self.limit > 0
 
 

@@ -27,6 +27,7 @@ class BodiesView:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """In order."""
         return self._world.names
 
     @property
@@ -96,8 +97,9 @@ class Simulation:
 
         Args:
             dt: step size [s].
-            forces: per region, nodal forces [N], shape (n,3), world frame, at the vertices last sent (`mark_sent`), else at the present ones; none means none.
-            wrenches: instead, force [N] and moment [N m] about the centre of mass last sent, per body, shape (bodies,6).
+            forces: per region, nodal forces [N], shape (n,3), world frame, at the vertices last sent (`mark_sent`),
+                else at the present ones; none means none.
+            wrenches: instead, force [N] and moment [N m] about the centres of mass last sent, shape (bodies,6).
 
         Raises:
             StepInputError: an input that cannot be used; the state is untouched.
@@ -124,7 +126,7 @@ class Simulation:
         return self._region(region).velocities(self._world.state)
 
     def sample(self, offset: float, *, vertices: bool = True, velocities: bool = False) -> Sample:
-        """The bodies `offset` seconds ahead: now for 0, else drifting with their present velocities, colliding on the way.
+        """The bodies `offset` [s] ahead: now for 0, else drifting with their present velocities, colliding on the way.
 
         The state is untouched. The prediction is what midpoint sampling sends (second order for explicit coupling).
         """

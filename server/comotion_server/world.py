@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(slots=True)
 class State:
-    """Position [m], velocity [m/s], attitude, angular momentum [kg m2/s] and velocity [rad/s] of all bodies, world frame."""
+    """Position, velocity, attitude, angular momentum and angular velocity of all bodies, world frame, SI units."""
 
     position: Array  # (n,3) of the centres of mass
     velocity: Array  # (n,3)
@@ -38,6 +38,7 @@ class State:
     spin: Array  # (n,3) angular velocity
 
     def copy(self) -> "State":
+        """The same numbers in arrays of their own."""
         return State(*(getattr(self, f.name).copy() for f in fields(self)))
 
     def assign(self, other: "State") -> None:
@@ -47,14 +48,18 @@ class State:
 
     @property
     def arrays(self) -> tuple[Array, Array, Array, Array, Array]:
+        """In the order in which kernels take them: x, v, R, L, w."""
         return self.position, self.velocity, self.rotation, self.momentum, self.spin
 
 
 class Memory(Protocol):
     """What a stage carries from step to step, beside the state of the bodies."""
 
-    def checkpoint(self) -> Any: ...
-    def restore(self, kept: Any) -> None: ...
+    def checkpoint(self) -> Any:
+        """All of it, as a copy."""
+
+    def restore(self, kept: Any) -> None:
+        """Goes back to a checkpoint, which stays usable."""
 
 
 class World:
@@ -64,10 +69,10 @@ class World:
         self.scene = scene
         self.names = tuple(body.name for body in scene.bodies)
         self.mass = np.array([body.mass for body in scene.bodies], dtype=np.float64)
-        self.thrust = np.array([thrust_of(body) for body in scene.bodies])
-        self.bodies = compile_bodies(scene)
-        self.state = initial_state(scene, self.bodies)
-        self.flights = empty_flights(len(scene.bodies))
+        self.thrust = np.array([_thrust_of(body) for body in scene.bodies])
+        self.bodies = _compile_bodies(scene)
+        self.state = _initial_state(scene, self.bodies)
+        self.flights = _empty_flights(len(scene.bodies))
         self.memories: list[Memory] = []
         self.tables = {
             row: body.motion.table
@@ -77,6 +82,7 @@ class World:
 
     @property
     def body_count(self) -> int:
+        """How many bodies there are."""
         return len(self.names)
 
     def take_off(self, force: Array, moment: Array) -> None:
@@ -97,7 +103,7 @@ class World:
             begin(self.flights, self.bodies, row, local_time, x[row], v[row], R[row], L[row], w[row])
 
     def stops(self, time: float, duration: float) -> list[float]:
-        """Local times [s] at which a step of `duration` from `time` must stop: rows of the tables inside it, its end."""
+        """Local times [s] at which a step from `time` stops: rows of the tables inside it, and its end."""
         rows = {
             float(row) - time for table in self.tables.values() for row in table.times if 0.0 < row - time < duration
         }
@@ -115,6 +121,7 @@ class World:
             memory.restore(before)
 
     def is_finite(self) -> bool:
+        """Whether every number of the state is one."""
         return all(np.isfinite(array).all() for array in self.state.arrays)
 
     def advance(self, time: float) -> None:
@@ -122,7 +129,7 @@ class World:
         fly_all(self.flights, self.bodies, time, *self.state.arrays)
 
 
-def thrust_of(body: Body) -> Array:
+def _thrust_of(body: Body) -> Array:
     return body.motion.thrust if isinstance(body.motion, Free) else np.zeros(3)
 
 
@@ -136,6 +143,7 @@ class Mobility:
 
     @classmethod
     def of(cls, body: Body) -> Self:
+        """From the motion that the scene gives the body."""
         if isinstance(body.motion, Fixed):
             return cls((False, False, False), SPIN_NONE, reacts=False)
         if isinstance(body.motion, Prescribed):
@@ -146,7 +154,7 @@ class Mobility:
         return cls((not x, not y, not z), spin, body.motion.reacts)
 
 
-def compile_bodies(scene: Scene) -> Bodies:
+def _compile_bodies(scene: Scene) -> Bodies:
     count = len(scene.bodies)
     moments, principal = np.ones((count, 3)), np.tile(np.eye(3), (count, 1, 1))
     inverse_mass, gravity = np.zeros((count, 3)), np.zeros((count, 3))
@@ -159,11 +167,11 @@ def compile_bodies(scene: Scene) -> Bodies:
             inverse_mass[i, free] = 1.0 / body.mass
             gravity[i, free] = scene.gravity[free]
         if mobility.spin >= SPIN_FREE:
-            moments[i], principal[i] = principal_axes(body.inertia)
+            moments[i], principal[i] = _principal_axes(body.inertia)
     return Bodies(moments, principal, spin, inverse_mass, gravity, reacts)
 
 
-def principal_axes(inertia: Array) -> tuple[Array, Array]:
+def _principal_axes(inertia: Array) -> tuple[Array, Array]:
     """Ascending principal moments (3,) and right-handed axes as columns (3,3) of an inertia tensor (3,3)."""
     moments, axes = np.linalg.eigh(inertia)
     if np.linalg.det(axes) < 0.0:
@@ -171,7 +179,7 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
     return moments, np.ascontiguousarray(axes)
 
 
-def initial_state(scene: Scene, bodies: Bodies) -> State:
+def _initial_state(scene: Scene, bodies: Bodies) -> State:
     count = len(scene.bodies)
     state = State(*(np.zeros(shape) for shape in ((count, 3), (count, 3), (count, 3, 3), (count, 3), (count, 3))))
     for i, body in enumerate(scene.bodies):
@@ -195,7 +203,7 @@ def initial_state(scene: Scene, bodies: Bodies) -> State:
     return state
 
 
-def empty_flights(count: int) -> Flights:
+def _empty_flights(count: int) -> Flights:
     vector = (count, 3)
     return Flights(
         origin=np.zeros(count),

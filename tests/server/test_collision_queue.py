@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scenes_by_hand import fixed_box, free_box, moved_box, scene_of
+
 from comotion_server.scene import Free, SceneError
 from comotion_server.simulation import Simulation
-from scenes_by_hand import fixed_box, free_box, moved_box, scene_of
 
 CUBE = (1.0, 1.0, 1.0)
 SLIDING = Free(locked=(False, True, True, True, True, True))  # along x alone
@@ -73,7 +74,10 @@ def test_simultaneous_pairs_are_answered_together():
 
 def test_a_found_intersection_collides_where_it_was_last_apart():
     """P14: a box under gravity falls faster than its approach speed said, so N = 1 advances into the floor."""
-    box, floor = free_box("box", CUBE, 1.0, position=(0.0, 0.0, 0.505)), fixed_box("floor", (4.0, 4.0, 1.0), (0, 0, -0.5))
+    box, floor = (
+        free_box("box", CUBE, 1.0, position=(0.0, 0.0, 0.505)),
+        fixed_box("floor", (4.0, 4.0, 1.0), (0, 0, -0.5)),
+    )
     scene = scene_of(box, floor, gravity=(0.0, 0.0, -10.0), rule="paper-advance", substeps=1, restitution=0.5)
     sim = Simulation(scene)
     v0, g, gap = 1.0, 10.0, 0.005
@@ -91,7 +95,7 @@ def test_a_found_intersection_collides_where_it_was_last_apart():
 
 
 def test_an_intersection_is_answered_once_and_then_left_out():
-    """P14: a cube held by a moving wall and a fixed one stays in both: each pair answers once per step, nothing hangs."""
+    """P14: a cube between a moving wall and a fixed one stays in both: each pair answers once a step, nothing hangs."""
     wall = moved_box("wall", CUBE, (-1.2, 0.0, 0.0), (10.0, 0.0, 0.0))
     cube = free_box("cube", CUBE, 1.0)
     stop = fixed_box("stop", CUBE, (1.2, 0.0, 0.0))
@@ -146,7 +150,7 @@ def tumbling_boxes(rng, names):
 
 @pytest.mark.parametrize("rule", ["paper", "paper-advance"])
 def test_books_of_a_tumbling_crowd_close_and_repeat_bit_for_bit(rng, rule):
-    """Eight triaxial boxes crash into each other: momentum of all is kept, and neither listing nor repeating matters."""
+    """Eight triaxial boxes crash into each other: momentum is kept, and neither listing nor repeating matters."""
     boxes = tumbling_boxes(rng, "abcdefgh")
 
     def play(bodies):

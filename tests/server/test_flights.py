@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from comotion_server.kernels.flight import AXIS, SPLIT, SYMMETRIC, kind_of_spin, split
-from comotion_server.simulation import Simulation
 from scenes_by_hand import free_box, scene_of
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
+
+from comotion_server.kernels.flight import AXIS, SPLIT, SYMMETRIC, kind_of_spin, split
+from comotion_server.simulation import Simulation
 
 NO_TORQUE = np.zeros(3)
 

@@ -38,7 +38,9 @@ def test_a_lone_body_imports_and_compiles_no_collision_code(request):
     modules = done.stdout.split()
     assert "comotion_server.kernels.flight" in modules
     unneeded = ["collision_queue", "pair_table", "contact_response", "contact_features", "meshes.mesh_store"]
-    unneeded += [f"kernels.{name}" for name in ("impact", "books", "closeness", "mesh_pair", "hierarchy", "penetration")]
+    unneeded += [
+        f"kernels.{name}" for name in ("impact", "books", "closeness", "mesh_pair", "hierarchy", "penetration")
+    ]
     assert not {f"comotion_server.{name}" for name in unneeded} & set(modules)
 
 

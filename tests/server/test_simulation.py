@@ -155,6 +155,7 @@ def test_locked_directions_do_not_move(rng):
 @pytest.mark.parametrize("offset", [1e6, 1e7])
 def test_a_scene_far_from_the_origin_collides_the_same(offset):
     """Local origins: only the coordinates lose digits, the impact does not (VALIDATION E)."""
+
     def play(shift):
         a = free_box("a", (1, 1, 1), velocity=(2.0, 0.0, 0.0), position=(shift, 0.0, 0.0))
         b = free_box("b", (1, 1, 1), position=(1.5 + shift, 0.25, 0.125))

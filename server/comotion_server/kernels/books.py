@@ -3,7 +3,8 @@
 What fixed, prescribed, locked or non-reacting bodies and the parallel rule (P12) take is an external impulse: the
 balance compares the change of what the bodies carry with the part of the impulse that their free directions take up.
 
-Legend: as in `impact`; c the contact point of b (that of a lies on the same line along J); ledger (7,): momentum (3), angular momentum about c (3), energy.
+Legend: as in `impact`; c the contact point of b (that of a lies on the same line along J);
+ledger (7,): momentum (3), angular momentum about c (3), energy.
 """
 
 from math import sqrt

@@ -15,7 +15,7 @@ LEAST_APPROACH = 1e-300  # [m/s] of a pair found intersecting: P14 asks for a sp
 
 @jit
 def speed_bounds(flights, bodies, end, radius, bound):
-    """Upper bounds (n,) on the speed [m/s] of any point of each body from now to local time `end` [s], if nothing hits it."""
+    """Bounds (n,) on the speed [m/s] of any point of each body until local time `end` [s], if nothing hits it."""
     for i in range(radius.shape[0]):
         speed = acceleration = momentum = torque = 0.0
         for k in range(3):

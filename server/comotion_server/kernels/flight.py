@@ -10,7 +10,8 @@ Translation is a parabola and the world angular momentum is L0 + M t, both exact
 The splitting takes out the part of a sphere with the middle inertia I1, H = L^2 / (2 I1) + (1/I0 - 1/I1) l0^2 / 2
 + (1/I2 - 1/I1) l2^2 / 2: the first term is a rotation about L that commutes with the other two, each of these is a
 rotation about a principal axis, and the torque is a kick of L. The error therefore vanishes with the difference of the
-inertias instead of growing with the spin. (McLachlan 1993, "Explicit Lie-Poisson integration and the Euler equations"; Suzuki 1990.)
+inertias instead of growing with the spin. (McLachlan 1993, "Explicit Lie-Poisson integration and the Euler equations";
+Suzuki 1990, "Fractal decomposition of exponential operators".)
 
 Legend: x centre of mass, v velocity, a acceleration, R attitude, L angular momentum, M moment, w angular velocity,
 l = R^T L in principal axes; all world frame, SI; t local time of the step.

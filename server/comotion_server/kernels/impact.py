@@ -10,6 +10,7 @@ from comotion_server.kernels.jit import jit
 
 @jit
 def cross(ax, ay, az, bx, by, bz):
+    """The vector product a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
@@ -26,7 +27,7 @@ def closing_speed(v, w, x, a, b, p, q, n):
 
 @jit
 def inverse_mass_along(bodies, i, n):
-    """n . W n [1/kg]: how easily an impulse along n moves the centre of mass of body i."""
+    """N . W n [1/kg]: how easily an impulse along n moves the centre of mass of body i."""
     if not bodies.reacts[i]:
         return 0.0
     W = bodies.inverse_mass[i]

@@ -1,4 +1,4 @@
-"""From nodal forces to one wrench per body (P3), with compensated sums (Neumaier) so that no digit is lost to many nodes."""
+"""From nodal forces to one wrench per body (P3), by compensated sums (Neumaier): no digit is lost to many nodes."""
 
 from comotion_server.kernels.jit import jit
 
