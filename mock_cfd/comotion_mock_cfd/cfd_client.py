@@ -1,8 +1,10 @@
 """The mock's time loop: forces at the surfaces last received, a step of the server, and so on to the end.
 
-fluid_scene = load_fluid(path_of("channel"))
-with MotionClient.open("channel", wants=wants(), dt=fluid_scene.dt) as motion:
-    CfdClient(motion, fluid_scene).run(on_step=print)
+    fluid_scene = load_fluid(path_of("channel"))
+    with MotionClient.open("channel", wants=wants(), dt=fluid_scene.dt) as motion:
+        CfdClient(motion, fluid_scene).run(on_step=print)
+
+`run` is the loop to read for whoever writes a client of his own.
 """
 
 from __future__ import annotations
