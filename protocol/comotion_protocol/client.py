@@ -56,7 +56,6 @@ class MotionClient:
         self._step = opened.step - 1
         self._attempt = 0
         self._closed = False
-        self._still = {region.name: opened.vertices[region.name] for region in opened.regions if not region.moves}
         self._wants = wants
         self.opened = opened
         """The open reply."""
@@ -231,8 +230,17 @@ class MotionClient:
         )
         reply = _exchange(self._link, "step", request, codec.decode_step_reply, None)
         self._step, self._attempt = step, attempt
-        # Regions that never move came with the open reply and are not sent again (SPEC M8).
-        return replace(reply, vertices={**self._still, **reply.vertices}) if self._wants.vertices else reply
+        return self._with_still_regions(reply)
+
+    def _with_still_regions(self, reply: StepReply) -> StepReply:
+        """Add the regions that never move: they came with the open reply and are not sent again (SPEC M8)."""
+        still = [region.name for region in self.regions if not region.moves]
+        vertices, velocities = dict(reply.vertices), dict(reply.velocities)
+        if self._wants.vertices:
+            vertices |= {name: self.opened.vertices[name] for name in still}
+        if self._wants.velocities:
+            velocities |= {name: self.opened.velocities[name] for name in still}
+        return replace(reply, vertices=vertices, velocities=velocities) if still else reply
 
 
 def _array(what: str, values: ArrayLike) -> FloatArray:

@@ -258,8 +258,6 @@ class ZenohServer:
 
 def _payload(frame: Frame, arena: Arena | None) -> Any:
     """The bulk as zenoh takes it: shared memory where it pays and can be had, else bytes."""
-    if not frame.arrays:
-        return None
     shared = None if arena is None else arena.fill(frame)
     return frame.bulk() if shared is None else shared
 

@@ -110,4 +110,4 @@ def _deliver(send: Callable[[], None]) -> None:
     try:
         send()
     except Exception:  # any link's own error
-        log.info("an answer could not be delivered", exc_info=True)
+        log.warning("an answer could not be delivered", exc_info=True)
