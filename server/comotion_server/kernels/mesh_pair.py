@@ -10,19 +10,19 @@ Legend: R (3, 3) and t turn points y of body b's frame into body a's: R y + t. `
 b, unit direction from a to b, triangle of a, triangle of b), all in body a's frame.
 """
 
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 
+from comotion_server.kernels.boxes import box_gap, divides_a, highest, lowest
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.triangle_distance import closer_points, triangle_points
 from comotion_server.kernels.vectors import add, along, dot, rotated, rotated_back, row, sub, unit
 
-SLACK = (
-    2e-15  # of the bodies' sizes: rounding of a bound; the features around a vertex all have its distance, up to this
-)
-PARALLEL = 1e-6  # squared sine of two box axes below which their cross product is not used
+GAP, HIGH, LOW = 0, 1, 2  # of a pair on the stack: its bound; the most of n . x in a's box, the least in b's
+DESCENTS = 4  # tries to better the first pair; each costs about as much as two pairs of triangles
+SLACK = 2e-15  # of the bodies' sizes: rounding of a bound; features around a vertex have its distance up to this
 
 
 @jit
@@ -35,93 +35,6 @@ def relative_rotation(rotation_a, rotation_b, R):
                 + rotation_a[1, i] * rotation_b[1, j]
                 + rotation_a[2, i] * rotation_b[2, j]
             )
-
-
-@jit
-def _radius_along(m, node, n):
-    return (
-        m.half[node, 0] * abs(m.axes[node, 0, 0] * n[0] + m.axes[node, 0, 1] * n[1] + m.axes[node, 0, 2] * n[2])
-        + m.half[node, 1] * abs(m.axes[node, 1, 0] * n[0] + m.axes[node, 1, 1] * n[1] + m.axes[node, 1, 2] * n[2])
-        + m.half[node, 2] * abs(m.axes[node, 2, 0] * n[0] + m.axes[node, 2, 1] * n[1] + m.axes[node, 2, 2] * n[2])
-    )
-
-
-@jit
-def _gap_along(m, node_a, node_b, n, n_b, n_t):
-    """Gap of two boxes along the unit vector n (body a's frame), n_b = R^T n, n_t = n . t."""
-    centres = dot(row(m.centre, node_b), n_b) + n_t - dot(row(m.centre, node_a), n)
-    return centres - _radius_along(m, node_a, n) - _radius_along(m, node_b, n_b)
-
-
-@jit
-def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
-    """Gap along the cross product of one axis of each box: the arguments are those of the two other axes."""
-    squared = 1.0 - m * m
-    if squared < PARALLEL:
-        return -inf
-    return (abs(c2 * m1 - c1 * m2) - a1 * abs(m2) - a2 * abs(m1) - b1 * abs(k2) - b2 * abs(k1)) / sqrt(squared)
-
-
-@jit
-def _outside(x, y, z):
-    """Distance that the gaps along three orthogonal axes prove."""
-    x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
-    return sqrt(x * x + y * y + z * z)
-
-
-@jit
-def box_gap(m, node_a, node_b, R, t, enough):
-    """A proven lower bound of the distance of two boxes, as good as it gets or at least `enough` [m]."""
-    c = sub(add(rotated(R, row(m.centre, node_b)), t), row(m.centre, node_a))
-    ax, ay, az = row(m.axes[node_a], 0), row(m.axes[node_a], 1), row(m.axes[node_a], 2)
-    bx, by, bz = (
-        rotated(R, row(m.axes[node_b], 0)),
-        rotated(R, row(m.axes[node_b], 1)),
-        rotated(R, row(m.axes[node_b], 2)),
-    )
-    xx, xy, xz = dot(ax, bx), dot(ax, by), dot(ax, bz)
-    yx, yy, yz = dot(ay, bx), dot(ay, by), dot(ay, bz)
-    zx, zy, zz = dot(az, bx), dot(az, by), dot(az, bz)
-    p, q, r = m.half[node_a, 0], m.half[node_a, 1], m.half[node_a, 2]
-    u, v, w = m.half[node_b, 0], m.half[node_b, 1], m.half[node_b, 2]
-    cx, cy, cz = dot(ax, c), dot(ay, c), dot(az, c)
-    gap = _outside(
-        abs(cx) - p - u * abs(xx) - v * abs(xy) - w * abs(xz),
-        abs(cy) - q - u * abs(yx) - v * abs(yy) - w * abs(yz),
-        abs(cz) - r - u * abs(zx) - v * abs(zy) - w * abs(zz),
-    )
-    if gap >= enough:
-        return gap
-    other = _outside(
-        abs(dot(bx, c)) - u - p * abs(xx) - q * abs(yx) - r * abs(zx),
-        abs(dot(by, c)) - v - p * abs(xy) - q * abs(yy) - r * abs(zy),
-        abs(dot(bz, c)) - w - p * abs(xz) - q * abs(yz) - r * abs(zz),
-    )
-    gap = max(gap, other)
-    if gap >= enough:
-        return gap
-    gap = max(
-        gap,
-        _edges_gap(cy, cz, q, r, v, w, yx, zx, xy, xz, xx),
-        _edges_gap(cy, cz, q, r, w, u, yy, zy, xz, xx, xy),
-        _edges_gap(cy, cz, q, r, u, v, yz, zz, xx, xy, xz),
-    )
-    if gap >= enough:
-        return gap
-    gap = max(
-        gap,
-        _edges_gap(cz, cx, r, p, v, w, zx, xx, yy, yz, yx),
-        _edges_gap(cz, cx, r, p, w, u, zy, xy, yz, yx, yy),
-        _edges_gap(cz, cx, r, p, u, v, zz, xz, yx, yy, yz),
-    )
-    if gap >= enough:
-        return gap
-    return max(
-        gap,
-        _edges_gap(cx, cy, p, q, v, w, xx, yx, zy, zz, zx),
-        _edges_gap(cx, cy, p, q, w, u, xy, yy, zz, zx, zy),
-        _edges_gap(cx, cy, p, q, u, v, xz, yz, zx, zy, zz),
-    )
 
 
 @jit
@@ -151,29 +64,31 @@ def _triangle_pair(m, triangle_a, triangle_b, R, t):
 
 
 @jit
-def divides_a(m, node_a, node_b):
-    """Whether a walk goes on with the children of node a rather than those of node b: the larger one, if it has any."""
-    if m.child[node_a] < 0 or m.child[node_b] < 0:
-        return m.child[node_a] >= 0
-    size_a = m.half[node_a, 0] + m.half[node_a, 1] + m.half[node_a, 2]
-    return size_a >= m.half[node_b, 0] + m.half[node_b, 1] + m.half[node_b, 2]
-
-
-@jit
-def _first_pair(m, node_a, node_b, R, t):
-    """`best` of the triangle pair that a descent along the centres finds: the first upper bound."""
-    n = unit(sub(add(rotated(R, row(m.centre, node_b)), t), row(m.centre, node_a)))
-    n_b, n_t = rotated_back(R, n), dot(n, t)
+def _descent(m, node_a, node_b, n, R, t):
+    """`best` of one triangle pair of the leaves that lie farthest towards each other along n."""
+    n_b = rotated_back(R, n)
     while m.child[node_a] >= 0 or m.child[node_b] >= 0:
         if divides_a(m, node_a, node_b):
             one = m.child[node_a]
-            nearer = _gap_along(m, one, node_b, n, n_b, n_t) <= _gap_along(m, one + 1, node_b, n, n_b, n_t)
-            node_a = one if nearer else one + 1
+            node_a = one if highest(m, one, n) >= highest(m, one + 1, n) else one + 1
         else:
             one = m.child[node_b]
-            nearer = _gap_along(m, node_a, one, n, n_b, n_t) <= _gap_along(m, node_a, one + 1, n, n_b, n_t)
-            node_b = one if nearer else one + 1
+            node_b = one if lowest(m, one, n_b) <= lowest(m, one + 1, n_b) else one + 1
     return _triangle_pair(m, m.leaf_triangles[m.first[node_a]], m.leaf_triangles[m.first[node_b]], R, t)
+
+
+@jit
+def _first_pair(m, root_a, root_b, R, t):
+    """`best` of a triangle pair to start from: by descents along the centres' and then along the found directions."""
+    best = _descent(
+        m, root_a, root_b, unit(sub(add(rotated(R, row(m.centre, root_b)), t), row(m.centre, root_a))), R, t
+    )
+    for _ in range(DESCENTS):
+        other = _descent(m, root_a, root_b, best[3], R, t)
+        if not other[0] < best[0]:
+            break
+        best = other
+    return best
 
 
 @jit
@@ -205,34 +120,34 @@ def _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best):
 
 
 @jit
-def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, stack, bounds):
+def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, nodes, bounds):
     """`best` of two meshes, exact if its distance is below `reach` [m].
 
     Otherwise the distance is a proven lower bound, at least `reach`, and points and triangles are those of a pair seen
-    on the way. witness_a, witness_b: a triangle pair to begin with (indices over all shapes; -1: none). stack
-    (STACK_SIZE, 2) int64 and bounds (STACK_SIZE,) are work space. A distance 0 ends the walk: the triangles intersect.
+    on the way. witness_a, witness_b: a triangle pair to begin with (indices over all shapes; -1: none). Work space:
+    nodes (STACK_SIZE, 2) int64 and bounds (STACK_SIZE, 3). A distance 0 ends the walk: the triangles intersect.
     """
     root_a, root_b = m.root[shape_a], m.root[shape_b]
     if witness_a >= 0 and witness_b >= 0:
         best = _triangle_pair(m, witness_a, witness_b, R, t)
     else:
         best = _first_pair(m, root_a, root_b, R, t)
-    lower = inf
-    n = best[3]
-    n_b, n_t = rotated_back(R, n), dot(n, t)
+    lower, top, stale = inf, 0, 1
+    if best[0] > 0.0:
+        nodes[0, 0], nodes[0, 1], bounds[0, GAP] = root_a, root_b, -inf
+        top = 1
     slack = SLACK * (m.size[shape_a] + m.size[shape_b])
     limit = _worth(reach, slack, best[0])
-    top, stale = 0, 0  # entries below `stale` have bounds of an earlier direction
-    if best[0] > 0.0:
-        stack[0, 0], stack[0, 1], bounds[0] = root_a, root_b, _gap_along(m, root_a, root_b, n, n_b, n_t)
-        top = 1
+    n = best[3]
+    n_b, n_t = rotated_back(R, n), dot(n, t)
     while top > 0:
         top -= 1
-        node_a, node_b, bound = stack[top, 0], stack[top, 1], bounds[top]
-        if top < stale:
+        node_a, node_b = nodes[top, 0], nodes[top, 1]
+        if top < stale:  # these bounds are of an earlier direction
             stale = top
-            if bound < limit:
-                bound = max(bound, _gap_along(m, node_a, node_b, n, n_b, n_t))
+            high, low = highest(m, node_a, n), lowest(m, node_b, n_b) + n_t
+            bounds[top, HIGH], bounds[top, LOW], bounds[top, GAP] = high, low, max(bounds[top, GAP], low - high)
+        bound = bounds[top, GAP]
         if bound < limit:
             bound = max(bound, box_gap(m, node_a, node_b, R, t, limit))
         if bound >= limit:
@@ -247,29 +162,40 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, stack
                 n_b, n_t = rotated_back(R, n), dot(n, t)
                 limit, stale = _worth(reach, slack, best[0]), top
         else:
-            top = _push_children(m, node_a, node_b, n, n_b, n_t, bound, stack, bounds, top)
+            top, lower = _push_children(m, node_a, node_b, n, n_b, n_t, bound, limit, lower, nodes, bounds, top)
     if best[0] < reach:
         return best
     return min(best[0], lower), best[1], best[2], best[3], best[4], best[5]
 
 
 @jit
-def _push_children(m, node_a, node_b, n, n_b, n_t, bound, stack, bounds, top):
-    """Put the two children pairs on the stack, the nearer one on top; the new height of the stack."""
-    a, b = node_a, node_b
-    c, d = node_a, node_b
+def _push(node_a, node_b, bound, high, low, limit, lower, nodes, bounds, top):
+    """Put a pair of nodes on the stack unless its bound is beyond the limit; (height of the stack, lower)."""
+    bound = max(bound, low - high)
+    if bound >= limit:
+        return top, min(lower, bound)
+    nodes[top, 0], nodes[top, 1] = node_a, node_b
+    bounds[top, GAP], bounds[top, HIGH], bounds[top, LOW] = bound, high, low
+    return top + 1, lower
+
+
+@jit
+def _push_children(m, node_a, node_b, n, n_b, n_t, bound, limit, lower, nodes, bounds, top):
+    """Put the pairs that the larger node's children form on the stack, the nearer on top; (height, lower)."""
+    high, low = bounds[top, HIGH], bounds[top, LOW]
     if divides_a(m, node_a, node_b):
-        a, c = m.child[node_a], m.child[node_a] + 1
-    else:
-        b, d = m.child[node_b], m.child[node_b] + 1
-    near = _gap_along(m, a, b, n, n_b, n_t)
-    far = _gap_along(m, c, d, n, n_b, n_t)
-    if near > far:
-        a, b, c, d = c, d, a, b
-        near, far = far, near
-    stack[top, 0], stack[top, 1], bounds[top] = c, d, max(far, bound)
-    stack[top + 1, 0], stack[top + 1, 1], bounds[top + 1] = a, b, max(near, bound)
-    return top + 2
+        one, two = m.child[node_a], m.child[node_a] + 1
+        high_one, high_two = highest(m, one, n), highest(m, two, n)
+        if high_one > high_two:
+            one, two, high_one, high_two = two, one, high_two, high_one
+        top, lower = _push(one, node_b, bound, high_one, low, limit, lower, nodes, bounds, top)
+        return _push(two, node_b, bound, high_two, low, limit, lower, nodes, bounds, top)
+    one, two = m.child[node_b], m.child[node_b] + 1
+    low_one, low_two = lowest(m, one, n_b) + n_t, lowest(m, two, n_b) + n_t
+    if low_one < low_two:
+        one, two, low_one, low_two = two, one, low_two, low_one
+    top, lower = _push(node_a, one, bound, high, low_one, limit, lower, nodes, bounds, top)
+    return _push(node_a, two, bound, high, low_two, limit, lower, nodes, bounds, top)
 
 
 @jit
@@ -287,7 +213,7 @@ def closest_points_of_pairs(
     point_a, point_b (k, 3) world [m]; normal (k, 3) world, unit vector from a to b, zero for distance 0. Beyond reach
     points, normal and witness belong to some pair of triangles, good to start from.
     """
-    stack, bounds, R = np.empty((STACK_SIZE, 2), np.int64), np.empty(STACK_SIZE), np.empty((3, 3))
+    nodes, bounds, R = np.empty((STACK_SIZE, 2), np.int64), np.empty((STACK_SIZE, 3)), np.empty((3, 3))
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
         shape_a, shape_b = shape_of_body[a], shape_of_body[b]
@@ -297,7 +223,7 @@ def closest_points_of_pairs(
         known = witness[k, 0] >= 0 and witness[k, 1] >= 0
         witness_a = start_a + witness[k, 0] if known else -1
         witness_b = start_b + witness[k, 1] if known else -1
-        d, p, q, n, i, j = closest_points(m, shape_a, shape_b, R, t, reach[k], witness_a, witness_b, stack, bounds)
+        d, p, q, n, i, j = closest_points(m, shape_a, shape_b, R, t, reach[k], witness_a, witness_b, nodes, bounds)
         distance[k] = d
         point_a[k] = along(row(positions, a), 1.0, rotated(rotations[a], p))
         point_b[k] = along(row(positions, a), 1.0, rotated(rotations[a], q))

@@ -12,9 +12,10 @@ from math import inf
 
 import numpy as np
 
+from comotion_server.kernels.boxes import box_gap, divides_a
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.mesh_pair import box_gap, corners, corners_moved, divides_a, relative_rotation
+from comotion_server.kernels.mesh_pair import corners, corners_moved, relative_rotation
 from comotion_server.kernels.ray import way_out
 from comotion_server.kernels.triangle_distance import segment_parameters
 from comotion_server.kernels.triangle_intersection import triangles_intersect
