@@ -22,6 +22,7 @@ from comotion_protocol.arena import Arena
 from comotion_protocol.blocks import Frame
 from comotion_protocol.errors import EndpointError, PeerAbsentError
 from comotion_protocol.link import Host
+from comotion_protocol.memory import keep_large_blocks
 from comotion_protocol.messages import StatusReply, StatusRequest
 from comotion_protocol.zenoh_settings import configure, endpoints
 
@@ -71,7 +72,7 @@ class ZenohLink:
         )
         where = ", ".join(endpoints(config, "connect/endpoints"))
         try:
-            self._session = zenoh.open(config)
+            self._session = _open(config)
         except zenoh.ZError as error:
             text = f"no server at {where} within {timeout:g} s"
             raise PeerAbsentError("no_server", "Z5", text, {"endpoint": where, "reason": str(error)}) from None
@@ -188,7 +189,7 @@ class ZenohServer:
             allow_insecure=allow_insecure,
         )
         try:
-            self._session = zenoh.open(config)
+            self._session = _open(config)
         except zenoh.ZError as error:
             where = ", ".join(endpoints(config, "listen/endpoints", "connect/endpoints"))
             text = f"cannot open {where}: taken by another program, or out of reach"
@@ -280,6 +281,11 @@ def _configure(zenoh_config: str | Path | None, **wanted: Any) -> zenoh.Config:
         raise EndpointError("bad_config", "Z9", text, {"file": str(zenoh_config)}) from None
     configure(config, zenoh.Config(), **wanted)
     return config
+
+
+def _open(config: zenoh.Config) -> zenoh.Session:
+    keep_large_blocks()  # before zenoh starts its threads
+    return zenoh.open(config)
 
 
 def _pool(size: int) -> Callable[[int], zenoh.shm.ZShmMut | None]:

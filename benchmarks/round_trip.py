@@ -1,0 +1,288 @@
+"""What a step costs beyond the physics: forces there, vertices back, beside a bare zenoh `get` and a bare TCP socket.
+
+    python benchmarks/round_trip.py [--rounds N]
+
+All peers are two processes on this machine and carry the same payloads: n vertices as float64, both ways. They take turns
+within every round, so that a noisy machine troubles all alike; figures are medians. Ours is the whole of it: `MotionClient`, codec,
+session, checks of the forces, the desk's worker, the kept reply; the engine behind it is fixed and costs next to nothing.
+The bare peers only move bytes: `get` hands them over as bytes, the socket receives into fresh memory.
+
+Targets: at most the bare get + 200 us up to 10 000 vertices, at most 1.5 times the bare get beyond (both plain);
+with shared memory at 1 000 000 vertices at most the socket. Exit code 1 if one is missed.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import platform
+import socket
+import statistics
+import sys
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import zenoh
+import zenoh.shm
+from comotion_protocol import MotionClient, Wants
+from comotion_protocol.zenoh_settings import configure
+
+SIZES = (100, 10_000, 100_000, 1_000_000)
+ROUNDS = {100: 300, 10_000: 200, 100_000: 60, 1_000_000: 25}
+SMALL = 10_000
+ALLOWANCE = 200e-6  # [s] over the bare get up to SMALL vertices
+FACTOR = 1.5  # times the bare get beyond
+
+
+class FixedEngine:
+    """Answers every step with the same vertices: what is measured is everything but the physics."""
+
+    def __init__(self, vertex_count):
+        rng = np.random.default_rng(1)
+        self.time = 0.0
+        vertices = rng.random((vertex_count, 3))
+        triangles = np.arange(vertex_count // 3 * 3, dtype="<u4").reshape(-1, 3)
+        body = SimpleNamespace(name="body", first_vertex=0, vertex_count=vertex_count)
+        region = SimpleNamespace(
+            name="body", vertex_count=vertex_count, triangles=triangles, moves=True, bodies=(body,)
+        )
+        self.regions = (region,)
+        self.bodies = SimpleNamespace(names=("body",))
+        self.plan = SimpleNamespace(explain=list)
+        self._sample = SimpleNamespace(time=0.0, vertices={"body": vertices}, velocities={}, poses=None, twists=None)
+        self._out = SimpleNamespace(
+            time=0.0,
+            dt=1e-3,
+            status="ok",
+            sums=SimpleNamespace(force=np.zeros(3), moment=np.zeros(3)),
+            budget=SimpleNamespace(limit=0, used=0, exhausted=False),
+            books=SimpleNamespace(
+                momentum=0.0, angular_momentum=0.0, energy=0.0, overlaps=0, overlap_max=0.0, impacts=0
+            ),
+        )
+
+    def step(self, dt, forces=None, wrenches=None):
+        return self._out
+
+    def sample(self, offset, *, vertices=True, velocities=False):
+        return self._sample
+
+    def mark_sent(self, sample):
+        pass
+
+    def checkpoint(self):
+        return None
+
+    def restore(self, checkpoint):
+        pass
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+# Servers, each in the one server process ----------------------------------------------------------------------------
+
+
+def serve_ours(vertex_count, port, shared_memory, ready, stop):
+    from comotion_server.serving import serve
+
+    serve(
+        FixedEngine(vertex_count),
+        "bench",
+        [f"tcp/127.0.0.1:{port}"],
+        shared_memory=shared_memory,
+        stop=stop,
+        on_ready=ready.set,
+    )
+
+
+def bare_config(mode, port):
+    """The very settings that ours has, plain."""
+    config = zenoh.Config()
+    endpoint = [f"tcp/127.0.0.1:{port}"]
+    configure(
+        config,
+        zenoh.Config(),
+        mode=mode,
+        listen=endpoint if mode == "peer" else [],
+        connect=endpoint if mode == "client" else [],
+        timeout=5.0,
+        shared_memory=False,
+        allow_insecure=False,
+    )
+    return config
+
+
+def serve_get(vertex_count, port, ready, stop):
+    reply = bytes(24 * vertex_count)
+
+    def answer(query):
+        with query:
+            query.payload.to_bytes()
+            query.reply("bench", reply)
+
+    with zenoh.open(bare_config("peer", port)) as session:
+        session.declare_queryable("bench", zenoh.handlers.Callback(answer, indirect=False), complete=True)
+        ready.set()
+        stop.wait()
+
+
+def receive(connection, size):
+    data = bytearray(size)
+    view, done = memoryview(data), 0
+    while done < size:
+        count = connection.recv_into(view[done:])
+        if count == 0:
+            raise EOFError
+        done += count
+    return data
+
+
+def serve_socket(vertex_count, port, ready, stop):
+    reply = bytes(24 * vertex_count)
+    with socket.create_server(("127.0.0.1", port)) as server:
+        ready.set()
+        connection, _ = server.accept()
+        with connection:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            while True:
+                try:
+                    receive(connection, len(reply))
+                except EOFError:
+                    return
+                connection.sendall(reply)
+
+
+def server_process(vertex_count, ports, pipe):
+    """All servers of one size in one process, each idle while another one is asked."""
+    stop = threading.Event()
+    jobs = (
+        (serve_ours, (vertex_count, ports["ours"], False)),
+        (serve_ours, (vertex_count, ports["ours, shared"], True)),
+        (serve_get, (vertex_count, ports["get"])),
+        (serve_socket, (vertex_count, ports["socket"])),
+    )
+    for job, arguments in jobs:
+        ready = threading.Event()
+        threading.Thread(target=job, args=(*arguments, ready, stop), daemon=True).start()
+        ready.wait()
+    pipe.send("ready")
+    pipe.recv()
+    stop.set()
+
+
+# Clients ------------------------------------------------------------------------------------------------------------
+
+
+class Ours:
+    def __init__(self, port, shared_memory, forces):
+        self.forces = {"body": forces}
+        self.motion = MotionClient.open("bench", f"tcp/127.0.0.1:{port}", wants=Wants(), shared_memory=shared_memory)
+
+    def ask(self):
+        return self.motion.step(1e-3, self.forces).vertices["body"]
+
+    def close(self):
+        self.motion.close()
+
+
+class Get:
+    def __init__(self, port, forces):
+        self.forces = forces.tobytes()
+        self.session = zenoh.open(bare_config("client", port))
+
+    def ask(self):
+        replies = self.session.get(
+            "bench",
+            payload=self.forces,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+        )
+        return [reply.ok.payload.to_bytes() for reply in replies][0]
+
+    def close(self):
+        self.session.close()
+
+
+class Socket:
+    def __init__(self, port, forces):
+        self.forces = forces.tobytes()
+        self.connection = socket.create_connection(("127.0.0.1", port))
+        self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def ask(self):
+        self.connection.sendall(self.forces)
+        return receive(self.connection, len(self.forces))
+
+    def close(self):
+        self.connection.close()
+
+
+def measure(vertex_count, rounds):
+    """Median round trip [s] of each peer."""
+    names = ("socket", "get", "ours", "ours, shared")
+    ports = {name: free_port() for name in names}
+    here, there = multiprocessing.Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=server_process, args=(vertex_count, ports, there))
+    process.start()
+    here.recv()
+    forces = np.random.default_rng(2).random((vertex_count, 3))
+    peers = {
+        "socket": Socket(ports["socket"], forces),
+        "get": Get(ports["get"], forces),
+        "ours": Ours(ports["ours"], False, forces),
+        "ours, shared": Ours(ports["ours, shared"], True, forces),
+    }
+    times = {name: [] for name in names}
+    for turn in range(rounds + 3):
+        for name, peer in peers.items():
+            started = time.perf_counter()
+            answer = peer.ask()
+            taken = time.perf_counter() - started
+            del answer
+            if turn >= 3:  # the first ones open connections and fault memory in
+                times[name].append(taken)
+    for peer in peers.values():
+        peer.close()
+    here.send("stop")
+    process.join()
+    return {name: statistics.median(values) for name, values in times.items()}
+
+
+def verdict(vertex_count, median):
+    """The targets of this size: text and whether they hold."""
+    if vertex_count <= SMALL:
+        over = median["ours"] - median["get"]
+        yield f"get + {over * 1e6:.0f} us (at most + {ALLOWANCE * 1e6:.0f} us)", over <= ALLOWANCE
+    else:
+        ratio = median["ours"] / median["get"]
+        yield f"{ratio:.2f} x get (at most {FACTOR})", ratio <= FACTOR
+    if vertex_count == SIZES[-1]:
+        ratio = median["ours, shared"] / median["socket"]
+        yield f"shared {ratio:.2f} x socket (at most 1)", ratio <= 1.0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=float, default=1.0, help="factor on the number of rounds")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of the table")
+    arguments = parser.parse_args()
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, zenoh plain TCP on loopback; medians [ms]")
+    print(f"{'vertices':>9} {'socket':>9} {'get':>9} {'ours':>9} {'ours, shm':>9}  targets")
+    good = True
+    for size in SIZES:
+        median = measure(size, max(5, round(ROUNDS[size] * arguments.rounds)))
+        checks = list(verdict(size, median))
+        good &= all(holds for _, holds in checks)
+        figures = " ".join(f"{1e3 * median[name]:9.3f}" for name in ("socket", "get", "ours", "ours, shared"))
+        print(f"{size:9d} {figures}  " + "; ".join(f"{text}: {'holds' if ok else 'MISSED'}" for text, ok in checks))
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
