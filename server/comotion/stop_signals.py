@@ -1,4 +1,4 @@
-"""What ends a command before its time: SIGTERM, taken as Ctrl-C is, and the end of standard input."""
+"""What ends a command before its time: Ctrl-C, SIGTERM, and the end of standard input."""
 
 import os
 import signal
@@ -6,23 +6,44 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Self
 
 STDIN = 0
 GRACE = 1.5  # [s] from the end of standard input to the end of the process, whatever it is at
 
 
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+class Interrupts:
+    """Within the block SIGINT (Ctrl-C) and SIGTERM both raise KeyboardInterrupt in the main thread, unless held."""
 
+    def __init__(self) -> None:
+        self._held = False
+        self._pending = False
 
-@contextmanager
-def terminate_as_interrupt() -> Iterator[None]:
-    """Within the block SIGTERM raises KeyboardInterrupt in the main thread."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Work that is to be whole, such as writing a step to files: an interrupt waits until it is done."""
+        self._held = True
+        try:
+            yield
+        finally:
+            self._held = False
+        if self._pending:
+            self._pending = False
+            raise KeyboardInterrupt
+
+    def __enter__(self) -> Self:
+        self._before = {number: signal.signal(number, self._receive) for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _receive(self, _number: int, _frame: FrameType | None) -> None:
+        if self._held:
+            self._pending = True
+        else:
+            raise KeyboardInterrupt
 
 
 def stop_with_stdin(stop: threading.Event) -> None:

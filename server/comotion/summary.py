@@ -16,7 +16,7 @@ class Summary:
     scene: str
     record: RunRecord
     wall_time: float  # of the exchange, without start-up and drawing [s]
-    protocol_share: float | None  # of the time spent waiting for replies; None when nobody could be asked
+    protocol_share: float | None  # of the time spent waiting for replies; None when the server could not be asked
     heave: "HeavePeriod | None"
     interrupted: bool = False
 

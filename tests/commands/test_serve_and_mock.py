@@ -27,14 +27,22 @@ class Server:
     def stop(self, number=signal.SIGKILL):
         """Seconds until it was gone, and its words."""
         start = time.monotonic()
-        self.process.send_signal(number)
+        if self.process.poll() is None:
+            self.process.send_signal(number)
         _, errors = self.process.communicate(timeout=START_PATIENCE)
         return time.monotonic() - start, errors
 
 
+@pytest.fixture(scope="module")
+def server():
+    server = Server()
+    yield server
+    server.stop()
+
+
 @pytest.fixture
-def server(request):
-    server = Server(*getattr(request, "param", ()))
+def own_server(request):
+    server = Server(*request.param)
     yield server
     server.stop()
 
@@ -51,25 +59,25 @@ def test_the_mock_plays_against_a_server_twice(server):
     assert json.loads(second.stdout)["steps"] == 20
 
 
-@pytest.mark.parametrize("server", [("--json",)], indirect=True)
-def test_the_ready_line_for_programs(server):
-    expected = {"ready": True, "run": "box", "endpoint": server.endpoint, "motion": {"box": "free"}}
-    assert json.loads(server.ready_line) == expected
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_the_server_cleanly(server, number):
-    seconds, errors = server.stop(number)
+@pytest.mark.parametrize(
+    ("own_server", "number"), [(("--json",), signal.SIGINT), ((), signal.SIGTERM)], indirect=["own_server"]
+)
+def test_a_signal_stops_the_server_cleanly(own_server, number):
+    if own_server.ready_line.startswith("{"):
+        expected = {"ready": True, "run": "box", "endpoint": own_server.endpoint, "motion": {"box": "free"}}
+        assert json.loads(own_server.ready_line) == expected
+    seconds, errors = own_server.stop(number)
     assert seconds < STOPPED
-    assert server.process.returncode == 0
+    assert own_server.process.returncode == 0
     assert errors == ""
 
 
-@pytest.mark.parametrize("server", [("--stop-with-stdin",)], indirect=True)
-def test_the_end_of_standard_input_stops_the_server_if_asked_to(server):
+@pytest.mark.parametrize("own_server", [("--stop-with-stdin",)], indirect=True)
+def test_the_end_of_standard_input_stops_the_server_if_asked_to(own_server):
     start = time.monotonic()
-    server.process.stdin.close()
-    assert server.process.wait(START_PATIENCE) == 0
+    own_server.process.stdin.close()
+    own_server.process.stdin = None  # or `communicate` would flush it
+    assert own_server.process.wait(START_PATIENCE) == 0
     assert time.monotonic() - start < STOPPED
 
 
@@ -82,7 +90,7 @@ def test_a_port_that_is_taken_is_named(server):
 
 def test_an_absent_server_is_named():
     endpoint = free_endpoint()
-    done = run_command("mock", "float_box", "--run", "box", "--connect", endpoint)
+    done = run_command("mock", "float_box", "--run", "box", "--connect", endpoint, "--wait", "0.5")
     assert done.returncode == 1
     assert endpoint in done.stderr
     assert "no server" in done.stderr
@@ -90,14 +98,17 @@ def test_an_absent_server_is_named():
 
 
 def test_a_run_that_nobody_serves_is_named(server):
-    done = run_command("mock", "float_box", "--run", "bx", "--connect", server.endpoint)
+    done = run_command("mock", "float_box", "--run", "bx", "--connect", server.endpoint, "--wait", "0.5")
     assert done.returncode == 1
     assert "'bx'" in done.stderr
 
 
-def test_a_scene_that_does_not_fit_the_run_is_named(server):
-    done = run_command("mock", "channel", "--run", "box", "--connect", server.endpoint)
+def test_a_fluid_that_does_not_fit_the_run_is_named(server, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[scene]\nduration = 1.0\ndt = 0.01\n[fluid]\nadded_mass = { boks = 1.0 }\n")
+    done = run_command("mock", scene, "--run", "box", "--connect", server.endpoint)
     assert done.returncode == 2
+    assert "'boks'" in done.stderr
     assert "Traceback" not in done.stderr
 
 

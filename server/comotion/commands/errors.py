@@ -25,11 +25,16 @@ class Explained:
 
 def explain(error: Exception) -> Explained | None:
     """What to tell the user, or None when the error is not theirs."""
+    if isinstance(error, UserError):
+        return Explained(f"comotion: {error}", error.exit_code)
+    if isinstance(error, ModuleNotFoundError):
+        return Explained(f"comotion: {error.name} is not installed: pip install 'comotion[server,view]'", WRONG_INPUT)
+    from comotion_mock_cfd.fluid import FluidError
     from comotion_protocol.errors import PeerAbsentError, ProtocolError
     from comotion_server.scene import SceneError
 
-    if isinstance(error, UserError):
-        return Explained(f"comotion: {error}", error.exit_code)
+    if isinstance(error, FluidError):
+        return Explained(f"comotion: {error}", WRONG_INPUT)
     if isinstance(error, SceneError):
         return Explained(str(error), WRONG_INPUT)
     if isinstance(error, PeerAbsentError):

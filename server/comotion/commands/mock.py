@@ -1,7 +1,6 @@
 """`comotion mock`: the mock CFD client against any server."""
 
 import argparse
-import json
 from typing import Any
 
 from comotion.commands.arguments import (
@@ -11,9 +10,9 @@ from comotion.commands.arguments import (
     add_network,
     add_play,
     add_scene,
+    positive,
     scene_path,
 )
-from comotion.commands.errors import BAD_OUTCOME
 
 NAME = "mock"
 EXAMPLES = """\
@@ -34,6 +33,8 @@ def add_to(commands: Any) -> None:
     parser.add_argument("--run", required=True, metavar="NAME", help="name of the run that the server serves")
     connect = f"endpoint of the server, or of a zenoh router (default: {DEFAULT_ENDPOINT})"
     parser.add_argument("--connect", metavar="E", default=DEFAULT_ENDPOINT, help=connect)
+    wait = "how long to wait for the server to be there [s] (default: 5)"
+    parser.add_argument("--wait", metavar="S", type=positive, default=5.0, help=wait)
     add_network(parser)
     add_play(parser)
     add_json(parser)
@@ -43,25 +44,28 @@ def add_to(commands: Any) -> None:
 def execute(options: argparse.Namespace) -> int:
     """Connect, play, tell how it was."""
     path = scene_path(options.scene)
-    from comotion.commands.play import Play, overridden
+    from comotion.commands.play import Interrupted, Play, overridden, tell
     from comotion.fluid_scene import load_fluid_scene
-    from comotion.stop_signals import terminate_as_interrupt
+    from comotion.stop_signals import Interrupts
     from comotion.timed_motion import TimedMotion
     from comotion_mock_cfd.cfd_client import wants
 
     scene = overridden(load_fluid_scene(path), options)
-    with (
-        terminate_as_interrupt(),
-        TimedMotion.open(
-            options.run,
-            options.connect,
-            wants=wants(options.sample),
-            dt=scene.dt,
-            name="comotion mock",
-            zenoh_config=options.zenoh_config,
-            allow_insecure=options.insecure,
-        ) as motion,
-    ):
-        summary = Play(motion, scene).to_the_end()
-    print(json.dumps(summary.as_data(), indent=2, allow_nan=False) if options.json else "\n".join(summary.lines()))
-    return 0 if summary.status == "ok" else BAD_OUTCOME
+    try:
+        with (
+            Interrupts() as interrupts,
+            TimedMotion.open(
+                options.run,
+                options.connect,
+                wants=wants(options.sample),
+                dt=scene.dt,
+                name="comotion mock",
+                connect_timeout=options.wait,
+                zenoh_config=options.zenoh_config,
+                allow_insecure=options.insecure,
+            ) as motion,
+        ):
+            summary = Play(motion, scene, interrupts).to_the_end()
+    except Interrupted as stop:
+        summary = stop.summary
+    return tell(summary, options)

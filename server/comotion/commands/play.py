@@ -1,12 +1,15 @@
 """Playing the mock CFD client against a server: what `run` and `mock` share."""
 
 import argparse
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from time import perf_counter
 
+from comotion.commands.errors import BAD_OUTCOME
 from comotion.progress import progress
 from comotion.run_record import RunRecord
+from comotion.stop_signals import Interrupts
 from comotion.summary import Summary
 from comotion.timed_motion import TimedMotion
 from comotion_mock_cfd.cfd_client import CfdClient, StepRecord
@@ -16,41 +19,64 @@ from comotion_mock_cfd.heave import HeaveRecord
 OnStep = Callable[[StepRecord], None]
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C or SIGTERM during the play; `summary` tells how far it came.
+
+    An exception, so that the session is dropped on the way out: a step may be under way, and then there is no closing.
+    """
+
+    def __init__(self, summary: Summary) -> None:
+        super().__init__()
+        self.summary = summary
+
+
 def overridden(scene: FluidScene, options: argparse.Namespace) -> FluidScene:
     """The scene with the duration [s] and step [s] of the command line, where given."""
     return replace(scene, duration=options.duration or scene.duration, dt=options.dt or scene.dt)
 
 
-class Play:
-    """One run of the mock client; every step goes to the observers."""
+def tell(summary: Summary, options: argparse.Namespace) -> int:
+    """Print the summary; returns the exit code."""
+    if options.json:
+        print(json.dumps(summary.as_data(), indent=2, allow_nan=False))
+    else:
+        print("\n".join(summary.lines()))
+    return 0 if summary.status == "ok" else BAD_OUTCOME
 
-    def __init__(self, motion: TimedMotion, scene: FluidScene, *observers: OnStep) -> None:
+
+class Play:
+    """One run of the mock client."""
+
+    def __init__(self, motion: TimedMotion, scene: FluidScene, interrupts: Interrupts) -> None:
         self._motion = motion
         self._scene = scene
+        self._interrupts = interrupts
         self._client = CfdClient(motion, scene)
         self._record = RunRecord()
         self._heave = HeaveRecord(scene, self._client.bodies) if scene.fluid and scene.fluid.heave else None
-        self._observers = (self._record.add, *([self._heave.add] if self._heave else []), *observers)
 
-    def to_the_end(self) -> Summary:
-        """Play; an interrupt ends the play, not the program."""
-        interrupted = False
+    def to_the_end(self, *observers: OnStep) -> Summary:
+        """Play; every step goes to the observers, whole.
+
+        Raises:
+            Interrupted: by Ctrl-C or SIGTERM.
+        """
         start = perf_counter()
         try:
             with progress(self._scene.duration) as show:
-                self._client.run(lambda step: self._observe(step, show))
+                self._client.run(lambda step: self._observe(step, (*observers, lambda _: show(self._record))))
         except KeyboardInterrupt:
-            interrupted = True
-        return Summary(
-            scene=self._scene.name,
-            record=self._record,
-            wall_time=perf_counter() - start,
-            protocol_share=None if interrupted else self._motion.protocol_share(),
-            heave=self._heave.period() if self._heave else None,
-            interrupted=interrupted,
-        )
+            raise Interrupted(self._summary(perf_counter() - start, None, interrupted=True)) from None
+        return self._summary(perf_counter() - start, self._motion.protocol_share())
 
-    def _observe(self, step: StepRecord, show: Callable[[RunRecord], None]) -> None:
-        for observe in self._observers:
-            observe(step)
-        show(self._record)
+    def _summary(self, wall_time: float, protocol_share: float | None, *, interrupted: bool = False) -> Summary:
+        heave = self._heave.period() if self._heave else None
+        return Summary(self._scene.name, self._record, wall_time, protocol_share, heave, interrupted)
+
+    def _observe(self, step: StepRecord, observers: Iterable[OnStep]) -> None:
+        with self._interrupts.held():
+            self._record.add(step)
+            if self._heave is not None:
+                self._heave.add(step)
+            for observe in observers:
+                observe(step)

@@ -1,21 +1,22 @@
 """`comotion run`: the main job on one machine, server and mock CFD client as two processes over zenoh on loopback."""
 
 import argparse
-import json
 import sys
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from comotion.commands.arguments import add_command, add_json, add_play, add_scene, closest, positive, scene_path
-from comotion.commands.errors import BAD_OUTCOME, UserError
+from comotion.commands.errors import UserError
 
 if TYPE_CHECKING:
     from comotion.child_server import Ready
+    from comotion.commands.play import Play
     from comotion.outputs.run_outputs import Subject
+    from comotion.stop_signals import Interrupts
     from comotion.summary import Summary
-    from comotion.timed_motion import TimedMotion
     from comotion_mock_cfd.fluid import FluidScene
+    from comotion_protocol.messages import OpenReply
 
 NAME = "run"
 EXAMPLES = """\
@@ -46,28 +47,26 @@ def add_to(commands: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Start the server, play the client, stop the server, tell how it was."""
-    from comotion.stop_signals import terminate_as_interrupt
+    from comotion.stop_signals import Interrupts
 
     path = scene_path(options.scene)
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
-    with terminate_as_interrupt():
-        summary, notes = _with_server(path, options)
-    if options.json:
-        print(json.dumps(summary.as_data(), indent=2, allow_nan=False))
-    else:
-        print("\n".join(summary.lines()))
+    with Interrupts() as interrupts:
+        summary, notes = _with_server(path, options, interrupts)
     for note in notes:
         print(f"comotion: {note}", file=sys.stderr)
-    return 0 if summary.status == "ok" else BAD_OUTCOME
+    from comotion.commands.play import tell
+
+    return tell(summary, options)
 
 
-def _with_server(path: Path, options: argparse.Namespace) -> tuple["Summary", list[str]]:
+def _with_server(path: Path, options: argparse.Namespace, interrupts: "Interrupts") -> tuple["Summary", list[str]]:
     from comotion.child_server import ServerProcess
 
     with ServerProcess(path, run=path.stem) as server:
         # Imported while the server starts up beside us.
-        from comotion.commands.play import overridden
+        from comotion.commands.play import Interrupted, Play, overridden
         from comotion.fluid_scene import load_fluid_scene
         from comotion.timed_motion import TimedMotion
         from comotion_mock_cfd.cfd_client import wants
@@ -80,7 +79,10 @@ def _with_server(path: Path, options: argparse.Namespace) -> tuple["Summary", li
             with TimedMotion.open(
                 ready.run, ready.endpoint, wants=wants(options.sample), dt=scene.dt, name="comotion run"
             ) as motion:
-                return _play(motion, scene, subject, options.out)
+                play = Play(motion, scene, interrupts)
+                return _play(play, motion.opened, subject, options.out)
+        except Interrupted as stop:
+            return stop.summary, []
         except PeerAbsentError as error:
             raise server.failure(error.message) from None
 
@@ -96,18 +98,19 @@ def _subject(ready: "Ready", scene: "FluidScene", options: argparse.Namespace) -
     return Subject(ready.motion, level, body or next(iter(as_told), None), options.window)
 
 
-def _play(
-    motion: "TimedMotion", scene: "FluidScene", subject: "Subject", folder: Path | None
-) -> tuple["Summary", list[str]]:
+def _play(play: "Play", opened: "OpenReply", subject: "Subject", folder: Path | None) -> tuple["Summary", list[str]]:
     """Play the client; write everything there is to write, as far as an interrupt allows."""
-    from comotion.commands.play import Play
+    from comotion.commands.play import Interrupted
     from comotion.outputs.run_outputs import RunOutputs
 
     if folder is None:
-        return Play(motion, scene).to_the_end(), []
-    with closing(RunOutputs(folder, motion.opened, subject)) as outputs:
-        summary = Play(motion, scene, outputs.add).to_the_end()
-        if not summary.interrupted:
-            outputs.draw()
+        return play.to_the_end(), []
+    with closing(RunOutputs(folder, opened, subject)) as outputs:
+        try:
+            summary = play.to_the_end(outputs.add)
+        except Interrupted as stop:
+            outputs.write_summary(stop.summary.as_data())
+            raise
+        outputs.draw()
         outputs.write_summary(summary.as_data())
         return summary, outputs.notes

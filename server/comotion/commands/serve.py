@@ -41,13 +41,13 @@ def add_to(commands: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Load, serve, stop."""
-    from comotion.stop_signals import stop_with_stdin, terminate_as_interrupt
+    from comotion.stop_signals import Interrupts, stop_with_stdin
 
     stop = threading.Event()
     if options.stop_with_stdin:
         stop_with_stdin(stop)
     try:
-        with terminate_as_interrupt():
+        with Interrupts():
             _serve(options, stop)
     except KeyboardInterrupt:
         return 0

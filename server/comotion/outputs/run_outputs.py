@@ -18,9 +18,10 @@ from comotion.outputs.tables import Tables
 if TYPE_CHECKING:
     from comotion.outputs.surface_series import SurfaceSeries
     from comotion_mock_cfd.cfd_client import StepRecord
-    from comotion_protocol.messages import OpenReply
+    from comotion_protocol.messages import OpenReply, StepReply
 
 FRAME_INTERVAL = 0.02  # [s] of simulated time between states of the series: 50 a second play smoothly
+TIME_ROUNDING = 1e-9  # [s]: sample times are sums of steps
 INSTALL = "pip install 'comotion[view]'"
 
 
@@ -48,8 +49,7 @@ class RunOutputs:
         self.notes: list[str] = []
         self._series = self._open_series()
         self._impulses = ContactImpulses(subject.resistance_of) if subject.resistance_of else None
-        self._first_poses = self._last_poses = opened.poses
-        self._write_state(opened.sample_time, opened.poses, opened.twists)
+        self._first_position = self._last_position = self._write_state(opened)
 
     def add(self, step: "StepRecord") -> None:
         """Write one step."""
@@ -61,13 +61,12 @@ class RunOutputs:
         if self._impulses is not None:
             self._impulses.add(step.time, reply.contacts or ())
         self._surface.update(reply.vertices)
-        self._last_poses = reply.poses
-        self._write_state(reply.sample_time, reply.poses, reply.twists)
+        self._last_position = self._write_state(reply)
 
     def draw(self) -> None:
         """Draw what is drawn once, at the end."""
-        if self._needs("matplotlib", "resistance.png"):
-            self._plot_resistance()
+        if self._impulses is not None and self._needs("matplotlib", "resistance.png"):
+            self._plot_resistance(self._impulses)
         if self._needs("matplotlib", "final.png"):
             still = Still(self._surface, self._subject.motion, self._subject.water_level)
             drawn_by = draw(self._folder / "final.png", still)
@@ -85,12 +84,15 @@ class RunOutputs:
         if self._series is not None:
             self._series.close()
 
-    def _write_state(self, time: float, poses: NDArray[np.float64] | None, twists: NDArray[np.float64] | None) -> None:
-        if poses is not None and twists is not None:
-            self._tables.write_poses(time, self._names, poses, twists)
-        if self._series is not None and time >= self._next_frame - 1e-9:  # [s]: rounding of summed steps
-            self._series.append(time, self._surface.points)
-            self._next_frame = time + FRAME_INTERVAL
+    def _write_state(self, sample: "OpenReply | StepReply") -> NDArray[np.float64]:
+        """Write where everything is; returns the centres of mass [m], shape (bodies, 3), world frame."""
+        if sample.poses is None or sample.twists is None:
+            raise ValueError("the session was opened without poses or twists; both are written")
+        self._tables.write_poses(sample.sample_time, self._names, sample.poses, sample.twists)
+        if self._series is not None and sample.sample_time >= self._next_frame - TIME_ROUNDING:
+            self._series.append(sample.sample_time, self._surface.points)
+            self._next_frame = sample.sample_time + FRAME_INTERVAL
+        return sample.poses[:, :3]
 
     def _open_series(self) -> "SurfaceSeries | None":
         if not self._needs("h5py", "bodies.vtkhdf"):
@@ -101,15 +103,11 @@ class RunOutputs:
         path = self._folder / "bodies.vtkhdf"
         return SurfaceSeries(path, surface.triangles, surface.body_of_triangle, len(surface.points))
 
-    def _plot_resistance(self) -> None:
-        body, window = self._subject.resistance_of, self._subject.window
-        if body is None:
-            self.notes.append("resistance.png is left out: no body moves as told; name one with --resistance-of")
-        elif self._impulses is not None and self._first_poses is not None and self._last_poses is not None:
-            row = self._names.index(body)
-            travel = self._last_poses[row, :3] - self._first_poses[row, :3]
-            curve = resistance(self._impulses, travel, self._start, window)
-            plot_resistance(self._folder / "resistance.png", body, curve, window)
+    def _plot_resistance(self, impulses: ContactImpulses) -> None:
+        row = self._names.index(impulses.body)
+        travel = self._last_position[row] - self._first_position[row]
+        curve = resistance(impulses, travel, self._start, self._subject.window)
+        plot_resistance(self._folder / "resistance.png", impulses.body, curve, self._subject.window)
 
     def _needs(self, library: str, file: str) -> bool:
         if find_spec(library) is not None:
