@@ -1,11 +1,12 @@
-"""P8: how deep two intersecting bodies overlap, along the direction between their closest points when last apart.
+"""P8: how deep two intersecting bodies overlap, judged by the direction between their closest points when last apart.
 
-- Vertex-face: from each vertex of one body inside the other, a ray along that direction to the face it came in by.
+- Vertex-face: from each vertex of one body inside the other, a ray along that direction finds the face it came in by;
+  the depth is the distance to that face's plane.
 - Edge-edge: of each pair of edges of triangles that intersect, the two closest points, if each lies inside the other
-  body; lines within a flat face are no edges.
-The depth is the largest of these, measured along the direction: how far the bodies must be moved back. Where there is
-none (overlaps at the level of rounding, coplanar sides, plates that pass through each other) it is the largest move
-that any single pair of intersecting triangles needs to come apart.
+  body, and how far apart they are along the direction; lines within a flat face are no edges.
+The depth is the largest of these. Where there is none (overlaps at the level of rounding, coplanar sides, plates that
+pass through each other) it is the largest move along the direction that any single pair of intersecting triangles
+needs to come apart.
 """
 
 from math import inf
@@ -28,7 +29,7 @@ HALVINGS = 50  # of the move that separates two triangles: down to the rounding 
 
 @jit
 def _vertices_depth(m, shape, other, R, t, direction, stack):
-    """The longest way out of `shape` along `direction` of the vertices of `other`; R and t turn them into its frame."""
+    """The deepest of the vertices of `other` inside `shape`; R and t turn them into its frame."""
     depth = 0.0
     for v in range(m.vertex_start[other], m.vertex_start[other + 1]):
         depth = max(depth, way_out(m, shape, add(rotated(R, row(m.vertices, v)), t), direction, stack))
@@ -113,7 +114,7 @@ def _pairs_depth(m, shape_a, shape_b, R, t, n, way, pairs, stack):
 
 @jit
 def overlap_depth(m, shape_a, shape_b, position_a, rotation_a, position_b, rotation_b, direction):
-    """Depth [m] >= 0 of the overlap of two bodies along `direction` (3,), world: from a to b when they were last apart.
+    """Depth [m] >= 0 of the overlap of two bodies; `direction` (3,), world: from a to b when they were last apart.
 
     m: MeshArrays of closed meshes; positions (3,) [m] and rotations (3, 3), body to world. A direction of zero (never
     seen apart) stands for the one between the bodies' origins.

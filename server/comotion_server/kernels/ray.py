@@ -33,22 +33,22 @@ def _meets_box(m, node, p, d):
 
 @jit
 def _crossing(p, d, a, b, c):
-    """(distance along the ray, outward 1 or inward -1 or none 0, whether this is in doubt) for one triangle."""
+    """(distance along the ray, distance to the plane, outward 1 or inward -1 or none 0, in doubt) for one triangle."""
     a, b, c = sub(a, p), sub(b, p), sub(c, p)
     normal = cross(sub(b, a), sub(c, a))
     size, reach = length(normal), max(largest(a), largest(b), largest(c))
     if size == 0.0:
-        return 0.0, 0, False
+        return 0.0, 0.0, 0, False
     speed, height = dot(normal, d), dot(normal, a)
     if abs(speed) <= 1e-9 * size:  # flat to the ray: it can only pass through edges, which the neighbours see
-        return 0.0, 0, abs(height) <= 1e-9 * size * reach
+        return 0.0, 0.0, 0, abs(height) <= 1e-9 * size * reach
     sign = 1.0 if speed > 0.0 else -1.0
     least = min(sign * dot(cross(a, b), d), sign * dot(cross(b, c), d), sign * dot(cross(c, a), d))
     margin = DOUBT * reach * reach
     distance = height / speed
     if least < -margin or distance < -DOUBT * reach:
-        return 0.0, 0, False
-    return max(distance, 0.0), int(sign), least <= margin or distance <= DOUBT * reach
+        return 0.0, 0.0, 0, False
+    return max(distance, 0.0), abs(height) / size, int(sign), least <= margin or distance <= DOUBT * reach
 
 
 @jit
@@ -74,14 +74,14 @@ def winding_number(m, shape, p):
 
 @jit
 def way_out(m, shape, p, d, stack):
-    """Distance [m] from the point p along the unit vector d (body frame) to the face where it leaves the shape.
+    """Distance [m] from the point p to the plane of the face where the ray along the unit vector d leaves the shape.
 
-    Negative where p is not inside. stack (STACK_SIZE, 2) int64 is work space.
+    Everything in the body frame. Negative where p is not inside. stack (STACK_SIZE, 2) int64 is work space.
     """
     if not _meets_box(m, m.root[shape], p, d):
         return -1.0
     stack[0, 0] = m.root[shape]
-    top, nearest, crossings, doubt = 1, inf, 0, False
+    top, nearest, depth, crossings, doubt = 1, inf, -1.0, 0, False
     while top > 0:
         top -= 1
         node = stack[top, 0]
@@ -93,7 +93,7 @@ def way_out(m, shape, p, d, stack):
             continue
         for i in range(m.first[node], m.first[node] + m.entries[node]):
             t = m.leaf_triangles[i]
-            distance, sign, in_doubt = _crossing(
+            distance, to_plane, sign, in_doubt = _crossing(
                 p,
                 d,
                 row(m.vertices, m.triangles[t, 0]),
@@ -103,6 +103,6 @@ def way_out(m, shape, p, d, stack):
             crossings += sign
             doubt = doubt or in_doubt
             if sign > 0 and distance < nearest:
-                nearest = distance
+                nearest, depth = distance, to_plane
     inside = winding_number(m, shape, p) > 0.5 if doubt else crossings > 0
-    return nearest if inside and nearest < inf else -1.0
+    return depth if inside else -1.0
