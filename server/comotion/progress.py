@@ -10,6 +10,18 @@ Show = Callable[[RunRecord], None]
 
 
 @contextmanager
+def waiting(text: str) -> Iterator[None]:
+    """A sign of life while something else works."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+@contextmanager
 def progress(duration: float) -> Iterator[Show]:
     """A bar over the simulated time [s] with steps and impacts; gives what redraws it."""
     if not sys.stderr.isatty():

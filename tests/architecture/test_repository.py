@@ -12,7 +12,7 @@ FORBIDDEN = {
     "an unfinished mark": re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b|NotImplemented" r"Error"),
     "a path of some machine": re.compile(r"(^|[\s\"'(=])/(work|tmp|root|farm|home)/"),
     "a package registry's address": re.compile(
-        r"pypi\.org|pythonhosted|npmjs\.(org|com)|crates\.io|proxy\.golang|index-url|https?://\S*/(simple|packages)/"
+        r"pypi\.org|python[h]osted|npmjs\.(org|com)|crates\.io|proxy\.golang|index[-]url|https?://\S*/(simple|packages)/"
     ),
 }
 # What the images are built and run with has paths of its own inside the container.

@@ -9,10 +9,6 @@ from typing import Any
 
 from comotion.commands.errors import UserError
 
-DEFAULT_ENDPOINT = (
-    "tcp/127.0.0.1:7447"  # that of the protocol (SPEC Z1), whose own constant would import zenoh's settings
-)
-
 
 def add_command(commands: Any, name: str, summary: str, description: str, examples: str) -> argparse.ArgumentParser:
     """A command's own parser, with its help text and examples."""

@@ -4,7 +4,6 @@ import argparse
 from typing import Any
 
 from comotion.commands.arguments import (
-    DEFAULT_ENDPOINT,
     add_command,
     add_json,
     add_network,
@@ -13,6 +12,7 @@ from comotion.commands.arguments import (
     positive,
     scene_path,
 )
+from comotion_protocol.zenoh_settings import DEFAULT_ENDPOINT
 
 NAME = "mock"
 EXAMPLES = """\

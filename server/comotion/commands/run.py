@@ -68,11 +68,13 @@ def _with_server(path: Path, options: argparse.Namespace, interrupts: "Interrupt
         # Imported while the server starts up beside us.
         from comotion.commands.play import Interrupted, Play, overridden
         from comotion.fluid_scene import load_fluid_scene
+        from comotion.progress import waiting
         from comotion.timed_motion import TimedMotion
         from comotion_mock_cfd.cfd_client import wants
         from comotion_protocol.errors import PeerAbsentError
 
-        ready = server.wait_until_ready()
+        with waiting("starting the server (its first start on a machine compiles the kernels)"):
+            ready = server.wait_until_ready()
         scene = overridden(load_fluid_scene(path), options)
         subject = _subject(ready, scene, options)
         try:

@@ -5,7 +5,8 @@ import json
 import threading
 from typing import TYPE_CHECKING, Any
 
-from comotion.commands.arguments import DEFAULT_ENDPOINT, add_command, add_json, add_network, add_scene, scene_path
+from comotion.commands.arguments import add_command, add_json, add_network, add_scene, scene_path
+from comotion_protocol.zenoh_settings import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from comotion_server.simulation import Simulation
