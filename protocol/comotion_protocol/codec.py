@@ -89,7 +89,7 @@ def _read_open(fields: Fields) -> m.OpenRequest:
             {"got": list(protocol), "expected": list(limits.PROTOCOL)},
         )
     if fields.has("resume"):
-        raise RemoteProtocolError("not_supported", "M5", "resume: not supported by this server", {"field": "resume"})
+        raise RemoteProtocolError("not_supported", "M6", "resume: not supported by this server", {"field": "resume"})
     client = read_client(fields.map("client"))
     if client.id is not None and not is_name(client.id):
         raise refusal("out_of_range", "K2", "client.id", "a name of the run's alphabet", client.id)

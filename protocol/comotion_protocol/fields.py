@@ -51,7 +51,7 @@ class Fields:
         if type(value) is not str:
             raise refusal("wrong_type", "B8", self._name(key), "a string", value)
         if not 0 < len(value) <= longest:
-            raise refusal("out_of_range", "B11", self._name(key), f"1 to {longest} characters", value)
+            raise refusal("out_of_range", "B10", self._name(key), f"1 to {longest} characters", value)
         return value
 
     def choice(self, key: str, allowed: Sequence[str]) -> Any:

@@ -34,7 +34,7 @@ COUNT_MAX = (1 << 53) - 1
 """Largest integer of a header: every language holds it exactly, even as a double."""
 
 IMPACTS = 50_000
-"""Most impacts listed in one step reply (SPEC M8); `books.impacts` counts all."""
+"""Most impacts listed in one step reply (SPEC M10); `books.impacts` counts all."""
 
 WAITING = 64
 """Most requests that wait for the worker at once (SPEC S9)."""

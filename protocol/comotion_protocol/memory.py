@@ -1,7 +1,7 @@
 """Memory for large messages that is kept and used again, instead of being given back to the kernel after each.
 
-Fresh pages cost more than all copies of a message together: at 24 MB a plain round trip takes a third longer. Glibc gives
-large blocks back at once, and keeps little of what threads free; three of its settings change that for this process.
+Fresh pages cost more than all copies of a message together: at 24 MB a plain round trip takes a third longer. Glibc
+gives large blocks back at once, and keeps little of what threads free; three of its settings change that.
 """
 
 import ctypes

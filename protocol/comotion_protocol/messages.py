@@ -29,7 +29,7 @@ UNITS: Mapping[str, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Wants:
-    """What a client asks for in every reply, and where its forces act (SPEC M4)."""
+    """What a client asks for in every reply, and where its forces act (SPEC M4, M5)."""
 
     vertices: bool = True
     poses: bool = False
@@ -75,7 +75,7 @@ class Region:
     name: str
     vertex_count: int
     triangle_count: int
-    moves: bool
+    moves: bool = True
     bodies: tuple[RegionBody, ...]
 
 
@@ -154,7 +154,7 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class OpenRequest:
-    """Ask for the lease (SPEC M5). `dt` [s] of the first step is needed for the midpoint sample."""
+    """Ask for the lease (SPEC M6). `dt` [s] of the first step is needed for the midpoint sample."""
 
     client: ClientInfo
     protocol: tuple[int, int]
@@ -166,7 +166,7 @@ class OpenRequest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OpenReply:
-    """The lease, the run, its surfaces and the first sample (SPEC M6).
+    """The lease, the run, its surfaces and the first sample (SPEC M1).
 
     Per region: vertices [m] (vertex_count, 3) and triangles (triangle_count, 3), indices into them.
     """
@@ -192,7 +192,7 @@ class OpenReply:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StepRequest:
-    """Advance by dt [s] under forces (SPEC M7).
+    """Advance by dt [s] under forces (SPEC, section F).
 
     forces: per region (vertex_count, 3) [N] at the vertices last sent; or wrenches (bodies, 6): force [N] and moment
     [N m] about the centre of mass last sent. Neither means none.
@@ -236,7 +236,7 @@ class StepReply:
 
 @dataclass(frozen=True, kw_only=True)
 class CloseRequest:
-    """Give the lease back (SPEC M9); `step` is the last one accepted."""
+    """Give the lease back (SPEC L6); `step` is the last one accepted."""
 
     lease: str
     step: int
@@ -244,7 +244,7 @@ class CloseRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class CloseReply:
-    """Steps accepted by the run so far, and its time [s] (SPEC M9)."""
+    """Steps accepted by the run so far, and its time [s]"""
 
     steps: int
     time: float
@@ -252,12 +252,12 @@ class CloseReply:
 
 @dataclass(frozen=True, kw_only=True)
 class StatusRequest:
-    """How are you (SPEC M10). Nothing in it; anyone may ask."""
+    """Ask what the server does (SPEC S8). Nothing in it; anyone may ask."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StatusReply:
-    """What the server does just now (SPEC M10). Durations in seconds of the server's clock."""
+    """What the server does just now (SPEC M11). Durations in seconds of the server's clock."""
 
     protocol: tuple[int, int]
     server: ServerInfo

@@ -97,6 +97,7 @@ class Session:
         self._idle_time = idle_time
         self._clock = clock
         self._new_lease = new_lease
+        self._working = False
         self._alive: set[str] = set()
         self._gone: deque[str] = deque(maxlen=1024)
 
@@ -105,9 +106,16 @@ class Session:
         """Who holds the lease; a holder without a token that was silent for too long holds it no more (SPEC L5)."""
         holder = self._holder
         has_token = holder is not None and holder.client.id in self._alive
-        if holder is not None and not has_token and self._clock() - holder.heard > self._idle_time:
+        waits = has_token or self._working
+        if holder is not None and not waits and self._clock() - holder.heard > self._idle_time:
             self._release()
         return self._holder
+
+    def at_work(self, *, working: bool) -> None:
+        """A step begins or ends: while it lasts the holder need not be heard (SPEC L5)."""
+        self._working = working
+        if self._holder is not None:
+            self._holder.heard = self._clock()
 
     def judge_open(self) -> Act:
         """What an open calls for."""

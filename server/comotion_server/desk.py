@@ -85,7 +85,7 @@ class Desk:
             del question
 
     def _answer(self, question: Question) -> None:
-        """Every request gets exactly one answer, whatever goes wrong (SPEC E4)."""
+        """Every request gets exactly one answer, whatever goes wrong (SPEC E5)."""
         if self._stopping:
             _refuse(question, RemoteProtocolError("stopping", "E5", "the server shuts down"))
             return
@@ -96,7 +96,7 @@ class Desk:
         except Exception as error:
             log.exception("a request failed")
             text = f"{question.message} failed: {type(error).__name__}: {error}"
-            _refuse(question, RemoteProtocolError("failed", "E4", text))
+            _refuse(question, RemoteProtocolError("failed", "E5", text))
         else:
             _deliver(lambda: question.reply(frame))
 

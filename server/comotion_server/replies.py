@@ -1,4 +1,4 @@
-"""Replies made from what the simulation returns (SPEC M6, M8)."""
+"""Replies made from what the simulation returns (SPEC M1, M8)."""
 
 from collections.abc import Mapping
 from typing import Any

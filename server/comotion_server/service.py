@@ -100,7 +100,7 @@ class Service:
             self._session.client_alive(client_id, alive=alive)
 
     def status(self) -> m.StatusReply:
-        """What goes on now (SPEC M10)."""
+        """What goes on now (SPEC M11, S8)."""
         with self._lock:
             now = self._clock()
             phase, since = self._phase_now(now)
@@ -120,13 +120,13 @@ class Service:
             )
 
     def _open(self, request: m.OpenRequest) -> Frame:
-        """Give the lease out and send the surfaces (SPEC M6). The step before is final from now on (SPEC S7)."""
+        """Give the lease out and send the surfaces (SPEC M1). The step before is final from now on (SPEC S7)."""
         self.refuse_open()
         if request.digest is not None and request.digest != self._digest:
             text = f"digest: the server's surfaces have {self._digest}, the client's {request.digest}"
-            raise RemoteProtocolError("digest_mismatch", "M6", text, {"expected": self._digest})
+            raise RemoteProtocolError("digest_mismatch", "M7", text, {"expected": self._digest})
         if request.dt is None and request.wants.sample == "midpoint":
-            raise RemoteProtocolError("missing", "M5", "dt is missing: the midpoint sample needs it", {"field": "dt"})
+            raise RemoteProtocolError("missing", "M6", "dt is missing: the midpoint sample needs it", {"field": "dt"})
         dt = 0.0 if request.dt is None else check_dt("dt", request.dt)
         surfaces = surfaces_of(self._engine.regions, request.wants.indexing)
         with self._at_work():
@@ -213,7 +213,7 @@ class Service:
         return max(float(np.abs(rows).max(initial=0.0)) for rows in points) * float(np.sqrt(3.0))
 
     def _close(self, request: m.CloseRequest) -> Frame:
-        """Take the lease back (SPEC M9)."""
+        """Take the lease back (SPEC L6)."""
         with self._lock:
             self._session.judge_close(request)
             self._session.release()
@@ -233,6 +233,7 @@ class Service:
     def _set_computing(self, *, computing: bool) -> None:
         with self._lock:
             self._computing = computing
+            self._session.at_work(working=computing)
             self._phase_now(self._clock())
 
     def _phase_now(self, now: float) -> tuple[Any, float]:

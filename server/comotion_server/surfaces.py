@@ -1,4 +1,4 @@
-"""The surfaces of a run as one client sees them: welded, or with three vertices of its own per facet (SPEC M4)."""
+"""The surfaces of a run as one client sees them: welded, or with three vertices of its own per facet (SPEC M5)."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from comotion_server.engine import EngineRegion
 
 
 def surface_digest(regions: Sequence[EngineRegion], vertices: Mapping[str, FloatArray]) -> str:
-    """SHA-256 over the names, the welded vertices at the start of the run and the triangles (SPEC M6)."""
+    """SHA-256 over the names, the welded vertices at the start of the run and the triangles (SPEC M7)."""
     digest = hashlib.sha256()
     for region in regions:
         digest.update(region.name.encode() + b"\0")
