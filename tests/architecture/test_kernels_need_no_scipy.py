@@ -1,4 +1,4 @@
-"""Kernels use no matrix products of numpy: numba compiles those to BLAS calls of SciPy, which a server does not install."""
+"""Kernels use no matrix products of numpy: numba makes BLAS calls of SciPy of them, which a server does not install."""
 
 import ast
 from pathlib import Path
