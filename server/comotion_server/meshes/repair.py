@@ -36,7 +36,10 @@ FLAT = 32 * np.finfo(np.float64).eps
 Larger values take out needles that are part of the shape."""
 
 LARGEST = 1e12
-"""Largest coordinate [m] that is taken for meant: beyond it, and not far, squares of squares leave double precision."""
+"""Largest coordinate [m] that is taken for meant: far beyond it, products of products leave double precision."""
+
+SMALLEST = 1e-12
+"""Smallest diagonal [m] of a mesh, for the same reason."""
 
 FLAT_PASSES = 4
 """Rounds in which flat facets behind flat facets are taken out one after the other; what is left then leaves holes."""
@@ -79,6 +82,9 @@ def _check_coordinates(points: Floats) -> None:
             f"{bad.sum()} of {len(points)} vertices are not finite or beyond {LARGEST:g} m; the first, "
             f"number {first + 1}, is ({', '.join(map(str, points[first].tolist()))})"
         )
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if 0.0 < diagonal < SMALLEST:
+        raise MeshError(f"the whole mesh is {diagonal:g} m across; at least {SMALLEST:g} m is needed")
 
 
 def _clean(triangles: Integers, done: Counter[str]) -> Integers:

@@ -131,8 +131,8 @@ def _claim(name: str, keys: Keys, owners: dict[str, Keys], problems: Problems) -
 
 
 def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
-    used = {table.get("material") for kind in ("body", "array") for _, table in _tables(raw, kind)}
-    names = sorted(name for name in used if isinstance(name, str))
+    given = [table.get("material") for kind in ("body", "array") for _, table in _tables(raw, kind)]
+    names = sorted({name for name in given if isinstance(name, str)})
     pairs: set[frozenset[str]] = set()
     for index, table in _tables(raw, "material"):
         between = table.get("between")

@@ -61,9 +61,18 @@ def _possible_locks(value: list[str]) -> list[str]:
     return value
 
 
+LARGEST = 1e30
+"""No number may be larger: beyond it, and not far, products of products leave double precision."""
+
+LENGTHS = {"ge": 1e-12, "le": 1e12}
+"""Smallest and largest length [m] of a shape: below, volumes and moments of inertia vanish in double precision."""
+
+MASSES = {"gt": 0, "le": LARGEST}
+
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=100)]
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-Lengths = Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=3, max_length=3)]
+Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Vector = Annotated[list[Real], Field(min_length=3, max_length=3)]
+Lengths = Annotated[list[Annotated[float, Field(**LENGTHS)]], Field(min_length=3, max_length=3)]
 Quaternion = Annotated[list[float], Field(min_length=4, max_length=4), AfterValidator(_unit_quaternion)]
 Inertia = Annotated[list[Vector], Field(min_length=3, max_length=3), AfterValidator(_possible_inertia)]
 Locks = Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], AfterValidator(_possible_locks)]
@@ -77,9 +86,9 @@ class SceneTable(Table):
     """Name of the scene; the file's name unless given."""
     gravity: Vector = quantity("m/s2", [0.0, 0.0, -9.81])
     """Acceleration of free fall, world frame."""
-    duration: float = quantity("s", gt=0)
+    duration: float = quantity("s", gt=0, le=LARGEST)
     """Time to simulate; a CFD client may decide otherwise."""
-    dt: float = quantity("s", gt=0)
+    dt: float = quantity("s", gt=0, le=LARGEST)
     """Time step; a CFD client may decide otherwise."""
 
 
@@ -123,11 +132,11 @@ class BoxTable(Table):
 class PrismTable(Table):
     """An isosceles triangle in the x-y plane, its base along x, extruded along z, about its centre of mass."""
 
-    base: float = quantity("m", gt=0)
+    base: float = quantity("m", **LENGTHS)
     """Base of the triangle, along x."""
-    height: float = quantity("m", gt=0)
+    height: float = quantity("m", **LENGTHS)
     """Height of the triangle over its base, along y."""
-    thickness: float = quantity("m", gt=0)
+    thickness: float = quantity("m", **LENGTHS)
     """Thickness along z."""
 
 
@@ -174,9 +183,9 @@ class BodyKeys(Table):
     """Region of geometry exchange that the vertices belong to; the name unless given."""
     motion: Motion = "free"
     """free, fixed, or prescribed by velocities or a table of poses."""
-    mass: float | None = quantity("kg", None, gt=0)
+    mass: float | None = quantity("kg", None, **MASSES)
     """A free body has a mass or a density."""
-    density: float | None = quantity("kg/m3", None, gt=0)
+    density: float | None = quantity("kg/m3", None, **MASSES)
     """Mass over the volume that the surface encloses."""
     inertia: Inertia | None = quantity("kg m2", None)
     """About the centre of mass, body frame; of a solid of even density unless given."""
@@ -227,7 +236,7 @@ class RandomTable(Table):
     """Number of members."""
     seed: int = quantity("1", ge=0, le=2**63 - 1)
     """Another seed is another field."""
-    gap: float = quantity("m", 0.0, ge=0)
+    gap: float = quantity("m", 0.0, ge=0, le=1e12)
     """Least distance between the bounding circles (spheres) of any two members."""
     turn: Literal["none", "z"] = "none"
     """Whether members are turned at random about z."""
