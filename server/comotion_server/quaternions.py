@@ -38,3 +38,26 @@ def quaternions_from_rotations(rotations: Array) -> Array:
     best: Array = products[np.arange(len(rotations)), np.argmax(squares, axis=1)]
     best /= np.linalg.norm(best, axis=1, keepdims=True)
     return best
+
+
+def quaternion_product(p: Array, q: Array) -> Array:
+    """Hamilton product of two quaternions (w, x, y, z): the turn q, then p."""
+    vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
+    return np.array([p[0] * q[0] - p[1:] @ q[1:], *vector])
+
+
+def quaternion_of(rotation: Array) -> Array:
+    """Unit quaternion (w, x, y, z) of a rotation vector [rad], shape (3,)."""
+    angle = float(np.linalg.norm(rotation))
+    # sin(a/2)/a as numpy's sinc, which is exact at 0
+    return np.array([np.cos(angle / 2), *(0.5 * np.sinc(angle / (2 * np.pi)) * rotation)])
+
+
+def rotation_vector(quaternion: Array) -> Array:
+    """Rotation vector [rad], shape (3,), of length at most pi, of a unit quaternion (w, x, y, z)."""
+    if quaternion[0] < 0.0:
+        quaternion = -quaternion
+    sine = float(np.linalg.norm(quaternion[1:]))
+    if sine == 0.0:
+        return np.zeros(3)
+    return np.asarray(2.0 * np.arctan2(sine, quaternion[0]) / sine * quaternion[1:])

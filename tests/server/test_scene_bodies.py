@@ -35,7 +35,7 @@ def test_defaults(scene):
     assert (loaded.name, loaded.duration, loaded.dt) == ("a-scene", 6.0, 0.1)
     np.testing.assert_array_equal(loaded.gravity, [0, 0, -9.81])
     settings = loaded.collisions
-    assert (settings.rule, settings.substeps, settings.restitution) == ("paper-advance", 1, 0.3)
+    assert (settings.rule, settings.substeps, settings.restitution) == ("paper-advance", 2, 0.3)
     assert (settings.parallel, settings.parallel_face, settings.parallel_edge) == ("paper", 0.999, 0.01)
     assert (settings.tolerance, settings.budget) == (1e-6, 10_000)
     (only,) = loaded.bodies

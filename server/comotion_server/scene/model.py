@@ -103,7 +103,7 @@ class Collisions:
 
     rule: Literal["paper", "paper-advance"] = "paper-advance"
     restitution: float = 0.3
-    substeps: int = 1
+    substeps: int = 2
     parallel: Literal["paper", "off"] = "paper"
     parallel_face: float = 0.999
     parallel_edge: float = 0.01

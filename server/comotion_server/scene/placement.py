@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from comotion_server.scene.csv_table import read_poses
-from comotion_server.scene.pose_table import quaternion_product
+from comotion_server.quaternions import quaternion_product
 
 if TYPE_CHECKING:
     from pathlib import Path

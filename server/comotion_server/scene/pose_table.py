@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from comotion_server.quaternions import quaternion_of, quaternion_product, rotation_vector
+
 Floats = npt.NDArray[np.float64]
 
 
@@ -41,26 +43,3 @@ class PoseTable:
         elapsed = time - self.times[row]
         turn = quaternion_of(angular_velocity * elapsed)
         return self.positions[row] + velocity * elapsed, quaternion_product(turn, self.quaternions[row])
-
-
-def quaternion_product(p: Floats, q: Floats) -> Floats:
-    """Hamilton product of two quaternions (w, x, y, z): the turn q, then p."""
-    vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
-    return np.array([p[0] * q[0] - p[1:] @ q[1:], *vector])
-
-
-def quaternion_of(rotation: Floats) -> Floats:
-    """Unit quaternion (w, x, y, z) of a rotation vector [rad], shape (3,)."""
-    angle = float(np.linalg.norm(rotation))
-    # sin(a/2)/a as numpy's sinc, which is exact at 0
-    return np.array([np.cos(angle / 2), *(0.5 * np.sinc(angle / (2 * np.pi)) * rotation)])
-
-
-def rotation_vector(quaternion: Floats) -> Floats:
-    """Rotation vector [rad], shape (3,), of length at most pi, of a unit quaternion (w, x, y, z)."""
-    if quaternion[0] < 0.0:
-        quaternion = -quaternion
-    sine = float(np.linalg.norm(quaternion[1:]))
-    if sine == 0.0:
-        return np.zeros(3)
-    return np.asarray(2.0 * np.arctan2(sine, quaternion[0]) / sine * quaternion[1:])

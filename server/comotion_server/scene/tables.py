@@ -99,7 +99,7 @@ class CollisionsTable(Table):
     """The paper's queue to the letter, or read the other way: advance, then respond."""
     restitution: Restitution = quantity("1", 0.3)
     """Coefficient of restitution: 1 elastic, 0 plastic; pairs of materials may say otherwise."""
-    substeps: int = quantity("1", 1, ge=1, le=1_000_000)
+    substeps: int = quantity("1", 2, ge=1, le=1_000_000)
     """N of the paper's queue: each advance covers the N-th part of the time to the earliest contact."""
     parallel: Literal["paper", "off"] = "paper"
     """Whether near-parallel contacts take the paper's impulse without rotation."""
