@@ -14,8 +14,9 @@ class RunRecord:
     The errors are the worst of all impacts, relative to the scale of the books of that impact (docs/outputs.md).
     """
 
+    start: float  # time of the run when this client came [s]
+    time: float  # the run's time now [s]
     steps: int = 0
-    time: float = 0.0  # simulated [s]
     impacts: int = 0
     momentum_error: float = 0.0
     angular_momentum_error: float = 0.0
@@ -24,6 +25,11 @@ class RunRecord:
     overlap_max: float = 0.0  # [m]
     budgets_exhausted: int = 0  # steps that needed more responses than allowed
     blocked_at: list[float] = field(default_factory=list)  # ends of blocked steps [s]
+
+    @property
+    def simulated(self) -> float:
+        """Time simulated with this client [s]."""
+        return self.time - self.start
 
     def add(self, step: "StepRecord") -> None:
         """Take one step."""

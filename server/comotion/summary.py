@@ -30,7 +30,7 @@ class Summary:
     @property
     def wall_per_simulated(self) -> float | None:
         """Wall time per simulated second; None before the first step."""
-        return self.wall_time / self.record.time if self.record.time > 0.0 else None
+        return self.wall_time / self.record.simulated if self.record.steps else None
 
     def as_data(self) -> dict[str, Any]:
         """Plain data for JSON; units in the names."""
@@ -39,7 +39,7 @@ class Summary:
             "scene": self.scene,
             "status": self.status,
             "steps": record.steps,
-            "simulated_s": record.time,
+            "simulated_s": record.simulated,
             "wall_s": self.wall_time,
             "wall_per_simulated_second": self.wall_per_simulated,
             "protocol_share": self.protocol_share,
@@ -68,7 +68,7 @@ class Summary:
         errors = (record.momentum_error, record.angular_momentum_error, record.energy_error)
         rows = [
             ("scene", f"{self.scene}: {self.status}"),
-            ("steps", f"{record.steps} ({record.time:.6g} s simulated)"),
+            ("steps", f"{record.steps} ({record.simulated:.6g} s simulated)"),
             ("impacts", str(record.impacts)),
             (
                 "wall time",

@@ -57,6 +57,7 @@ def test_the_mock_plays_against_a_server_twice(server):
     second = run_command(*arguments, "--duration", "0.3")
     assert second.returncode == 0, second.stderr
     assert json.loads(second.stdout)["steps"] == 20
+    assert json.loads(second.stdout)["simulated_s"] == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ class Play:
         self._scene = scene
         self._interrupts = interrupts
         self._client = CfdClient(motion, scene)
-        self._record = RunRecord()
+        self._record = RunRecord(start=motion.opened.time, time=motion.opened.time)
         self._heave = HeaveRecord(scene, self._client.bodies) if scene.fluid and scene.fluid.heave else None
 
     def to_the_end(self, *observers: OnStep) -> Summary:
