@@ -91,6 +91,30 @@ def test_equals_all_pairs_in_any_order_from_any_start(meshes, store, rng, spread
         assert abs(again.distance - truth) <= ROUNDING * size
 
 
+def test_tiny_gaps_and_touching_are_told_apart_alike_from_any_start(meshes, store, rng):
+    for case in range(120):
+        shapes = rng.integers(len(meshes), size=2)
+        positions, rotations = poses(rng, 1.5)
+        rotations[1] = rotations[case % 2]  # half of them with level faces
+        apart = ask(store, shapes, positions, rotations)
+        gap = 10.0 ** rng.uniform(-16, -3)
+        positions[1] -= apart.normal * (apart.distance - gap)
+        cold = ask(store, shapes, positions, rotations)
+        warm = ask(store, shapes, positions, rotations, witness=apart.witness)
+        size = store.size[shapes].max() + np.abs(positions).max()
+        if apart.distance > 0:
+            assert cold.distance == pytest.approx(gap, abs=ROUNDING * size)
+        assert warm.distance == pytest.approx(cold.distance, abs=ROUNDING * size)
+        assert (warm.distance == 0.0) == (cold.distance == 0.0)
+        if gap > ROUNDING * size:
+            assert (cold.distance > 0.0) == (apart.distance > 0.0)
+
+
+def test_poses_that_are_no_numbers_end_at_once(store):
+    positions = np.array([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
+    assert np.isnan(ask(store, [0, 1], positions, np.stack([np.eye(3)] * 2)).distance)
+
+
 def test_witness_triangles_hold_the_points(meshes, store, rng):
     for _ in range(30):
         shapes = rng.integers(len(meshes), size=2)

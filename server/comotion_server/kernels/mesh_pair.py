@@ -18,11 +18,11 @@ from comotion_server.kernels.boxes import box_gap, divides_a, highest, lowest
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.triangle_distance import closer_points, triangle_points
-from comotion_server.kernels.vectors import add, along, dot, rotated, rotated_back, row, sub, unit
+from comotion_server.kernels.vectors import ZERO, add, along, dot, rotated, rotated_back, row, scaled, sub, unit
 
 GAP, HIGH, LOW = 0, 1, 2  # of a pair on the stack: its bound; the most of n . x in a's box, the least in b's
 DESCENTS = 4  # tries to better the first pair; each costs about as much as two pairs of triangles
-SLACK = 2e-15  # of the bodies' sizes: rounding of a bound; features around a vertex have its distance up to this
+SLACK = 2e-15  # of the bodies' sizes: rounding of a bound or a distance; surfaces nearer than this touch
 
 
 @jit
@@ -98,6 +98,13 @@ def _worth(reach, slack, distance):
 
 
 @jit
+def _touching(best):
+    """`best` of surfaces that meet, to rounding: distance 0 and one common point; not a number stays what it is."""
+    middle = scaled(add(best[1], best[2]), 0.5)
+    return 0.0 * best[0], middle, middle, ZERO, best[4], best[5]
+
+
+@jit
 def _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best):
     """(lower bound of what was passed over, best) after all triangle pairs of two leaves."""
     for j in range(m.first[node_b], m.first[node_b] + m.entries[node_b]):
@@ -114,7 +121,7 @@ def _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best):
                 lower = min(lower, limit)
             if distance < best[0]:
                 best = (distance, p, q, n, m.leaf_triangles[i], m.leaf_triangles[j])
-                if distance == 0.0:
+                if distance <= slack:
                     return lower, best
     return lower, best
 
@@ -132,12 +139,12 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, nodes
         best = _triangle_pair(m, witness_a, witness_b, R, t)
     else:
         best = _first_pair(m, root_a, root_b, R, t)
-    lower, top, stale = inf, 0, 1
-    if best[0] > 0.0:
-        nodes[0, 0], nodes[0, 1], bounds[0, GAP] = root_a, root_b, -inf
-        top = 1
     slack = SLACK * (m.size[shape_a] + m.size[shape_b])
+    if not best[0] > slack:
+        return _touching(best)
     limit = _worth(reach, slack, best[0])
+    nodes[0, 0], nodes[0, 1], bounds[0, GAP] = root_a, root_b, -inf
+    lower, top, stale = inf, 1, 1
     n = best[3]
     n_b, n_t = rotated_back(R, n), dot(n, t)
     while top > 0:
@@ -155,8 +162,8 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, nodes
         elif m.child[node_a] < 0 and m.child[node_b] < 0:
             before = best[0]
             lower, best = _leaf_pair(m, node_a, node_b, R, t, reach, slack, lower, best)
-            if best[0] == 0.0:
-                return best
+            if best[0] <= slack:
+                return _touching(best)
             if best[0] < before:
                 n = best[3]
                 n_b, n_t = rotated_back(R, n), dot(n, t)
