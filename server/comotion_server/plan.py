@@ -178,6 +178,10 @@ class Plan:
         """Every stage, whether it is kept, and why."""
         return [PlanLine(stage.name, decision.kept, decision.reason) for stage, decision in self._decisions]
 
+    def keeps(self, name: str) -> bool:
+        """Whether the stage of this name runs."""
+        return any(decision.kept for stage, decision in self._decisions if stage.name == name)
+
     def build(self, world: World) -> list[Action]:
         """The actions of a step, in order."""
         return [stage.build(world) for stage, decision in self._decisions if decision.kept and stage.build is not None]

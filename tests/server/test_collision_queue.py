@@ -183,3 +183,36 @@ def test_a_step_taken_again_from_a_checkpoint_is_the_same_bit_for_bit(rng):
     for ours, theirs in zip(ends, (sim.bodies.position, sim.bodies.angular_velocity), strict=True):
         np.testing.assert_array_equal(ours, theirs)
     assert [out.books for out in first] == [out.books for out in second]
+
+
+def staircase(floes, restitution, hull_mass, **collisions):
+    """A hull slides towards a row of equal floes with equal gaps, all along x alone (VALIDATION F)."""
+    hull = free_box("hull", CUBE, hull_mass, velocity=(1.0, 0.0, 0.0), motion=SLIDING)
+    row = [free_box(f"ice-{k}", CUBE, 1.0, position=(1.3 + 1.3 * k, 0.0, 0.0), motion=SLIDING) for k in range(floes)]
+    return Simulation(scene_of(hull, *row, restitution=restitution, **collisions))
+
+
+@pytest.mark.parametrize("rule", ["paper", "paper-advance"])
+def test_a_free_hull_loses_the_same_share_of_its_speed_to_each_floe(rule):
+    """e = 1, equal floes: each floe hands its speed on to the next, so V_k = U ((M - m) / (M + m))^k."""
+    sim = staircase(4, 1.0, 10.0, rule=rule, substeps=2)
+    speeds = [1.0]
+    for _ in range(600):
+        if any("hull" in (impact.body_a, impact.body_b) for impact in sim.step(0.005).impacts):
+            speeds.append(sim.bodies.velocity[0, 0])
+    assert len(speeds) > 4
+    np.testing.assert_allclose(speeds, (9.0 / 11.0) ** np.arange(len(speeds)), rtol=1e-13)
+
+
+def test_impact_times_of_a_row_of_floes():
+    """e = 0: hull and floes go on together, V_k = M U / (M + k m), so gap d is closed after d / V_k."""
+    gap, mass = 0.3, 10.0
+    sim = staircase(3, 0.0, mass, tolerance=1e-9, parallel="off")
+    impacts = [impact for _ in range(400) for impact in sim.step(0.005).impacts]
+    first = {}
+    for impact in impacts:
+        first.setdefault((impact.body_a, impact.body_b), impact.time)
+    exact = np.cumsum([gap * (mass + k) / mass for k in range(3)])
+    times = [first["hull", "ice-0"], first["ice-0", "ice-1"], first["ice-1", "ice-2"]]
+    # a contact is up to the tolerance early, 1e-9 of the size; the gaps that are left add up
+    np.testing.assert_allclose(times, exact, atol=2e-8)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from comotion_server.scene.csv_table import read_poses
 from comotion_server.quaternions import quaternion_product
+from comotion_server.scene.csv_table import read_poses
 
 if TYPE_CHECKING:
     from pathlib import Path
