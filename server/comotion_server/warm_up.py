@@ -25,8 +25,8 @@ def warm_up(scene: Scene) -> None:
     """Compiles the kernels that `scene` can need; the scene itself is not touched."""
     shape, inertia = box([1.0, 1.0, 1.0]), np.eye(3) / 6.0
     lowest = float((shape.vertices @ rotation_from_quaternion(TILT).T)[:, 2].min())
-    place = {"position": np.array([0.0, 0.0, GAP - lowest]), "quaternion": TILT, "velocity": np.array([0.0, 0.0, -1.0])}
-    bodies = [Body("cube", "cube", Free(), 1.0, inertia, shape, **place)]
+    at, velocity = np.array([0.0, 0.0, GAP - lowest]), np.array([0.0, 0.0, -1.0])
+    bodies = [Body("cube", "cube", Free(), 1.0, inertia, shape, at, quaternion=TILT, velocity=velocity)]
     if Plan(scene).keeps("collisions"):
         bodies.append(Body("floor", "floor", Fixed(), 1.0, inertia, shape, position=np.array([0.0, 0.0, -0.5])))
     collisions = replace(scene.collisions, rule="paper-advance", substeps=1)

@@ -196,10 +196,8 @@ def staircase(floes, restitution, hull_mass, **collisions):
 def test_a_free_hull_loses_the_same_share_of_its_speed_to_each_floe(rule):
     """e = 1, equal floes: each floe hands its speed on to the next, so V_k = U ((M - m) / (M + m))^k."""
     sim = staircase(4, 1.0, 10.0, rule=rule, substeps=2)
-    speeds = [1.0]
-    for _ in range(600):
-        if any("hull" in (impact.body_a, impact.body_b) for impact in sim.step(0.005).impacts):
-            speeds.append(sim.bodies.velocity[0, 0])
+    hits = (any("hull" in (i.body_a, i.body_b) for i in sim.step(0.005).impacts) for _ in range(600))
+    speeds = [1.0, *(sim.bodies.velocity[0, 0] for hit in hits if hit)]
     assert len(speeds) > 4
     np.testing.assert_allclose(speeds, (9.0 / 11.0) ** np.arange(len(speeds)), rtol=1e-13)
 
