@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from comotion.commands.errors import BAD_OUTCOME, UserError
+from comotion.commands.errors import BAD_OUTCOME, ChildError, UserError
 
 EXIT_PATIENCE = 0.5  # [s] between the news that the server is gone and its exit code
 STOP_PATIENCE = 1.0  # [s] between asking the server to stop and killing it; both sides are to be gone within 2 s
@@ -40,8 +40,8 @@ def free_endpoint() -> str:
 class ServerProcess:
     """A running `comotion serve`; leaving the block ends it."""
 
-    def __init__(self, scene: Path, run: str) -> None:
-        command = [sys.executable, "-m", "comotion", "serve", str(scene), "--run", run, "--listen", free_endpoint()]
+    def __init__(self, scene: Path) -> None:
+        command = [sys.executable, "-m", "comotion", "serve", str(scene), "--listen", free_endpoint()]
         self._errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115  # until `stop`
         self._process = subprocess.Popen(
             [*command, "--json", "--stop-with-stdin"],
@@ -73,8 +73,8 @@ class ServerProcess:
             return UserError(seen, BAD_OUTCOME)
         self._errors.seek(0)
         how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
-        words = self._errors.read().strip() or f"the server {how}"
-        return UserError(words.removeprefix("comotion: "), code if code > 0 else BAD_OUTCOME)
+        words = self._errors.read().strip() or f"comotion: the server {how}"
+        return ChildError(words, code if code > 0 else BAD_OUTCOME)
 
     def stop(self) -> None:
         """End the server: ask by closing its input, kill it when it takes too long."""

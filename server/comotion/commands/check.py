@@ -70,12 +70,19 @@ def _problems_of(read: Callable[[Path], T], path: Path) -> tuple[T | None, list[
 
 
 def _text(report: "SceneReport") -> str:
-    regions = [f"  {r.name}: {r.bodies} bodies, {r.vertices} vertices, {r.triangles} triangles" for r in report.regions]
+    regions = [
+        f"  {region.name}: {_bodies_of(region.bodies)}, {region.vertices} vertices, {region.triangles} triangles"
+        for region in report.regions
+    ]
     shapes: dict[str, list[BodyReport]] = {}
     for body in report.bodies:
         shapes.setdefault(body.shape, []).append(body)
     meshes = [line for shape, bodies in shapes.items() for line in _mesh(shape, bodies)]
     return "\n".join([f"scene {report.name}", "regions", *regions, "bodies", *_bodies(report), "meshes", *meshes])
+
+
+def _bodies_of(count: int) -> str:
+    return "1 body" if count == 1 else f"{count} bodies"
 
 
 def _bodies(report: "SceneReport") -> list[str]:
@@ -90,5 +97,5 @@ def _bodies(report: "SceneReport") -> list[str]:
 
 def _mesh(shape: str, bodies: list["BodyReport"]) -> list[str]:
     notes = [f"    note: {note}" for note in bodies[0].notes]
-    count = f"{len(bodies)} bodies" if len(bodies) > 1 else bodies[0].name
-    return [f"  {shape} ({count})", *(f"    {line}" for line in bodies[0].health.table().splitlines()), *notes]
+    whose = _bodies_of(len(bodies)) if len(bodies) > 1 else bodies[0].name
+    return [f"  {shape} ({whose})", *(f"    {line}" for line in bodies[0].health.table().splitlines()), *notes]

@@ -7,11 +7,22 @@ BAD_OUTCOME = 1
 WRONG_INPUT = 2
 
 
+OTHER_SIDE = {"lease_held", "busy", "stopping", "failed"}  # refusals (SPEC E2) that have their cause on the other side
+
+
 class UserError(Exception):
     """A mistake on the command line or in the surroundings; the text is all that the user needs."""
 
     def __init__(self, text: str, exit_code: int = WRONG_INPUT) -> None:
-        super().__init__(text)
+        super().__init__(f"comotion: {text}")
+        self.exit_code = exit_code
+
+
+class ChildError(UserError):
+    """A process that we started ended badly; the text is what it said."""
+
+    def __init__(self, text: str, exit_code: int) -> None:
+        Exception.__init__(self, text)
         self.exit_code = exit_code
 
 
@@ -26,7 +37,7 @@ class Explained:
 def explain(error: Exception) -> Explained | None:
     """What to tell the user, or None when the error is not theirs."""
     if isinstance(error, UserError):
-        return Explained(f"comotion: {error}", error.exit_code)
+        return Explained(str(error), error.exit_code)
     if isinstance(error, ModuleNotFoundError):
         return Explained(f"comotion: {error.name} is not installed: pip install 'comotion[server,view]'", WRONG_INPUT)
     from comotion_mock_cfd.fluid import FluidError
@@ -40,7 +51,7 @@ def explain(error: Exception) -> Explained | None:
     if isinstance(error, PeerAbsentError):
         return Explained(f"comotion: {error.message}", BAD_OUTCOME)
     if isinstance(error, ProtocolError):
-        return Explained(f"comotion: {error}", WRONG_INPUT)
+        return Explained(f"comotion: {error}", BAD_OUTCOME if error.code in OTHER_SIDE else WRONG_INPUT)
     if isinstance(error, OSError):
         return Explained(f"comotion: {_of_system(error)}", WRONG_INPUT)
     return None

@@ -64,7 +64,7 @@ def execute(options: argparse.Namespace) -> int:
 def _with_server(path: Path, options: argparse.Namespace, interrupts: "Interrupts") -> tuple["Summary", list[str]]:
     from comotion.child_server import ServerProcess
 
-    with ServerProcess(path, run=path.stem) as server:
+    with ServerProcess(path) as server:
         # Imported while the server starts up beside us.
         from comotion.commands.play import Interrupted, Play, overridden
         from comotion.fluid_scene import load_fluid_scene
