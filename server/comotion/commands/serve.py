@@ -59,8 +59,10 @@ def _serve(options: argparse.Namespace, stop: threading.Event) -> None:
     path = scene_path(options.scene)
     from comotion_server.serving import serve
     from comotion_server.simulation import Simulation
+    from comotion_server.warm_up import warm_up
 
     simulation = Simulation.load(path)
+    warm_up(simulation.scene)
     run = options.run or simulation.scene.name
     serve(
         simulation,

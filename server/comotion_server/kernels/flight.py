@@ -23,7 +23,14 @@ from typing import NamedTuple
 import numpy as np
 
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.rotation import orthonormalise, rotate_about_column, rotate_left, to_body, to_world
+from comotion_server.kernels.rotation import (
+    orthonormalise,
+    product,
+    rotate_about_column,
+    rotate_left,
+    to_body,
+    to_world,
+)
 
 STILL, AXIS, SYMMETRIC, SPLIT = 0, 1, 2, 3
 
@@ -100,7 +107,8 @@ def split(R, L, moments, Q, torque, duration):
     """Attitude after `duration` [s] by the composed splitting; R and L are changed in place."""
     steps = count_substeps(moments, L, torque, duration)
     h = duration / steps
-    P = R @ Q
+    P = np.empty((3, 3))
+    product(R, Q, P)
     l0, l1, l2 = L[0], L[1], L[2]
     for step in range(steps + 1):
         t = duration * step / steps  # L afresh each time, so that its kicks do not add up rounding
@@ -112,7 +120,7 @@ def split(R, L, moments, Q, torque, duration):
         split_step(P, L, moments, torque, (1.0 - 4.0 * SUZUKI) * h)
         split_step(P, L, moments, torque, SUZUKI * h)
         split_step(P, L, moments, torque, SUZUKI * h)
-    R[:, :] = P @ Q.T
+    product(P, Q.T, R)
 
 
 @jit

@@ -63,6 +63,14 @@ def orthonormalise(R):
 
 
 @jit
+def product(A, B, out):
+    """The product A B (3,3) in `out`; numba's own operator would need scipy's BLAS."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@jit
 def to_world(R, x, y, z):
     """R v for v given by its components in the body frame."""
     return (
