@@ -57,12 +57,14 @@ def execute(options: argparse.Namespace) -> int:
 
 def _serve(options: argparse.Namespace, stop: threading.Event) -> None:
     path = scene_path(options.scene)
+    from comotion.progress import waiting
     from comotion_server.serving import serve
     from comotion_server.simulation import Simulation
     from comotion_server.warm_up import warm_up
 
-    simulation = Simulation.load(path)
-    warm_up(simulation.scene)
+    with waiting("loading the scene (a first start on a machine compiles the kernels)"):
+        simulation = Simulation.load(path)
+        warm_up(simulation.scene)
     run = options.run or simulation.scene.name
     serve(
         simulation,
