@@ -13,11 +13,15 @@ GRACE = 1.5  # [s] from the end of standard input to the end of the process, wha
 
 
 class Interrupts:
-    """Within the block SIGINT (Ctrl-C) and SIGTERM both raise KeyboardInterrupt in the main thread, unless held."""
+    """Within the block SIGINT (Ctrl-C) and SIGTERM both raise KeyboardInterrupt in the main thread, unless held.
+
+    An interrupt that comes while a library calls back into Python may be swallowed there. It stays noted, and is raised
+    again when the next held work is done.
+    """
 
     def __init__(self) -> None:
         self._held = False
-        self._pending = False
+        self._noted = False
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -27,8 +31,7 @@ class Interrupts:
             yield
         finally:
             self._held = False
-        if self._pending:
-            self._pending = False
+        if self._noted:
             raise KeyboardInterrupt
 
     def __enter__(self) -> Self:
@@ -40,9 +43,8 @@ class Interrupts:
             signal.signal(number, handler)
 
     def _receive(self, _number: int, _frame: FrameType | None) -> None:
-        if self._held:
-            self._pending = True
-        else:
+        self._noted = True
+        if not self._held:
             raise KeyboardInterrupt
 
 

@@ -1,5 +1,6 @@
 """Interrupts: both signals alike, and work that is to be whole is not cut."""
 
+import contextlib
 import signal
 
 import pytest
@@ -28,6 +29,18 @@ def test_held_work_is_finished_first(number):
     with pytest.raises(KeyboardInterrupt), Interrupts() as interrupts:
         work(interrupts)
     assert done == ["whole"]
+
+
+@BOTH
+def test_an_interrupt_that_a_library_swallowed_is_raised_again(number):
+    def work(interrupts):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(number)
+        with interrupts.held():
+            pass
+
+    with pytest.raises(KeyboardInterrupt), Interrupts() as interrupts:
+        work(interrupts)
 
 
 @BOTH
