@@ -2,10 +2,11 @@
 
     python benchmarks/round_trip.py [--rounds N]
 
-All peers are two processes on this machine and carry the same payloads: n vertices as float64, both ways. They take turns
-within every round, so that a noisy machine troubles all alike; figures are medians. Ours is the whole of it: `MotionClient`, codec,
-session, checks of the forces, the desk's worker, the kept reply; the engine behind it is fixed and costs next to nothing.
-The bare peers only move bytes: `get` hands them over as bytes, the socket receives into fresh memory.
+Every peer is two processes of its own on this machine, so that none lives on the memory settings of another, and carries
+the same payload: n vertices as float64, both ways. They take turns within every round, so that a noisy machine troubles
+all alike; figures are medians. Ours is the whole of it: `MotionClient`, codec, session, checks of the forces, the desk's
+worker, the kept reply; the engine behind it is fixed and costs next to nothing. The bare peers only move bytes: `get`
+hands them over as bytes, the socket receives into fresh memory.
 
 Targets: at most the bare get + 200 us up to 10 000 vertices, at most 1.5 times the bare get beyond (both plain);
 with shared memory at 1 000 000 vertices at most the socket. Exit code 1 if one is missed.
@@ -85,7 +86,7 @@ def free_port():
         return probe.getsockname()[1]
 
 
-# Servers, each in the one server process ----------------------------------------------------------------------------
+# Servers -------------------------------------------------------------------------------------------------------------
 
 
 def serve_ours(vertex_count, port, shared_memory, ready, stop):
@@ -158,19 +159,11 @@ def serve_socket(vertex_count, port, ready, stop):
                 connection.sendall(reply)
 
 
-def server_process(vertex_count, ports, pipe):
-    """All servers of one size in one process, each idle while another one is asked."""
-    stop = threading.Event()
-    jobs = (
-        (serve_ours, (vertex_count, ports["ours"], False)),
-        (serve_ours, (vertex_count, ports["ours, shared"], True)),
-        (serve_get, (vertex_count, ports["get"])),
-        (serve_socket, (vertex_count, ports["socket"])),
-    )
-    for job, arguments in jobs:
-        ready = threading.Event()
-        threading.Thread(target=job, args=(*arguments, ready, stop), daemon=True).start()
-        ready.wait()
+def server_process(job, arguments, pipe):
+    """One server in a process of its own, until it is told to stop."""
+    ready, stop = threading.Event(), threading.Event()
+    threading.Thread(target=job, args=(*arguments, ready, stop), daemon=True).start()
+    ready.wait()
     pipe.send("ready")
     pipe.recv()
     stop.set()
@@ -223,34 +216,59 @@ class Socket:
         self.connection.close()
 
 
+def client_process(kind, arguments, vertex_count, pipe):
+    """One client in a process of its own: asks when told to and says how long it took."""
+    peer = kind(*arguments, np.random.default_rng(2).random((vertex_count, 3)))
+    while pipe.recv() == "ask":
+        started = time.perf_counter()
+        answer = peer.ask()
+        pipe.send(time.perf_counter() - started)
+        del answer
+    peer.close()
+
+
+class Peer:
+    """A server and a client, each in a process of its own."""
+
+    def __init__(self, job, kind, vertex_count, *options):
+        port = free_port()
+        self._server = self._start(server_process, job, (vertex_count, port, *options))
+        self._server[1].recv()
+        self._client = self._start(client_process, kind, (port, *options), vertex_count)
+
+    @staticmethod
+    def _start(target, *arguments):
+        here, there = multiprocessing.Pipe()
+        process = multiprocessing.get_context("spawn").Process(target=target, args=(*arguments, there))
+        process.start()
+        return process, here
+
+    def round_trip(self):
+        self._client[1].send("ask")
+        return self._client[1].recv()
+
+    def close(self):
+        for process, pipe in (self._client, self._server):
+            pipe.send("stop")
+            process.join()
+
+
 def measure(vertex_count, rounds):
     """Median round trip [s] of each peer."""
-    names = ("socket", "get", "ours", "ours, shared")
-    ports = {name: free_port() for name in names}
-    here, there = multiprocessing.Pipe()
-    process = multiprocessing.get_context("spawn").Process(target=server_process, args=(vertex_count, ports, there))
-    process.start()
-    here.recv()
-    forces = np.random.default_rng(2).random((vertex_count, 3))
     peers = {
-        "socket": Socket(ports["socket"], forces),
-        "get": Get(ports["get"], forces),
-        "ours": Ours(ports["ours"], False, forces),
-        "ours, shared": Ours(ports["ours, shared"], True, forces),
+        "socket": Peer(serve_socket, Socket, vertex_count),
+        "get": Peer(serve_get, Get, vertex_count),
+        "ours": Peer(serve_ours, Ours, vertex_count, False),
+        "ours, shared": Peer(serve_ours, Ours, vertex_count, True),
     }
-    times = {name: [] for name in names}
+    times = {name: [] for name in peers}
     for turn in range(rounds + 3):
         for name, peer in peers.items():
-            started = time.perf_counter()
-            answer = peer.ask()
-            taken = time.perf_counter() - started
-            del answer
+            taken = peer.round_trip()
             if turn >= 3:  # the first ones open connections and fault memory in
                 times[name].append(taken)
     for peer in peers.values():
         peer.close()
-    here.send("stop")
-    process.join()
     return {name: statistics.median(values) for name, values in times.items()}
 
 
@@ -272,7 +290,9 @@ def main():
     parser.add_argument("--rounds", type=float, default=1.0, help="factor on the number of rounds")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of the table")
     arguments = parser.parse_args()
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, zenoh plain TCP on loopback; medians [ms]")
+    print(
+        f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, zenoh plain TCP on loopback; medians [ms]"
+    )
     print(f"{'vertices':>9} {'socket':>9} {'get':>9} {'ours':>9} {'ours, shm':>9}  targets")
     good = True
     for size in SIZES:

@@ -53,10 +53,9 @@ class Peers:
             self.endpoint = f"tcp/127.0.0.1:{free_port()}"
             server = self._stack.enter_context(ZenohServer(RUN, self.desk, listen=[self.endpoint]))
             self._stack.enter_context(self.desk)
-            server.claim(self.service.info.instance)
+            server.claim(self.service.info.instance, on_lost=lambda: None)
         else:
             self._stack.enter_context(self.desk)
-        self.service.serve()
         return self
 
     def __exit__(self, *error):

@@ -279,7 +279,7 @@ def decode_status_reply(header: bytes, bulk: bytes) -> m.StatusReply:
         protocol=fields.version("protocol"),
         server=read_server(fields.map("server")),
         run=fields.text("run"),
-        phase=fields.choice("phase", ("starting", "free", "idle", "computing")),
+        phase=fields.choice("phase", ("free", "idle", "computing")),
         phase_seconds=fields.finite("phase_seconds"),
         step=fields.count("step"),
         attempt=fields.count("attempt"),

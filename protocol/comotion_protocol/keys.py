@@ -34,6 +34,11 @@ def server_token(run: str) -> str:
     return f"comotion/1/{check_run(run)}/alive/server"
 
 
+def instance_token(run: str, instance: str = "*") -> str:
+    """The liveliness token of one server that wants to serve the run, or the pattern of all (SPEC K3)."""
+    return f"comotion/1/{check_run(run)}/alive/instance/{instance}"
+
+
 def client_token(run: str, client_id: str = "*") -> str:
     """The liveliness token of one client, or the pattern of all (SPEC K4)."""
     return f"comotion/1/{check_run(run)}/alive/client/{client_id}"

@@ -262,7 +262,7 @@ class StatusReply:
     protocol: tuple[int, int]
     server: ServerInfo
     run: str
-    phase: Literal["starting", "free", "idle", "computing"]
+    phase: Literal["free", "idle", "computing"]
     phase_seconds: float
     step: int
     attempt: int

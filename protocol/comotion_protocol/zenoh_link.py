@@ -20,20 +20,16 @@ import zenoh.shm
 from comotion_protocol import codec, keys
 from comotion_protocol.arena import Arena
 from comotion_protocol.blocks import Frame
-from comotion_protocol.errors import EndpointError, PeerAbsentError
+from comotion_protocol.errors import EndpointError, PeerAbsentError, RemoteProtocolError
 from comotion_protocol.link import Host
 from comotion_protocol.memory import keep_large_blocks
-from comotion_protocol.messages import StatusReply, StatusRequest
 from comotion_protocol.zenoh_settings import configure, endpoints
 
 FOREVER = 1e8
 """Zenoh's own timeout of a query [s]: none in effect. A step takes as long as it takes; a dead server is noticed."""
 
 ASK_TIME = 2.0
-"""Patience with another server's status [s]."""
-
-CLAIM_TIME = 5.0
-"""Patience with another server that starts at the same time [s]."""
+"""Patience with a look at who is there [s]."""
 
 
 class ZenohLink:
@@ -181,7 +177,7 @@ class ZenohServer:
         self._host = host
         config = _configure(
             zenoh_config,
-            mode="peer",
+            mode=_server_mode(listen, connect),
             listen=() if listen is None and connect else listen,
             connect=tuple(connect) or None,
             timeout=timeout,
@@ -195,6 +191,8 @@ class ZenohServer:
             text = f"cannot open {where}: taken by another program, or out of reach"
             raise EndpointError("endpoint_failed", "Z3", text, {"endpoint": where, "reason": str(error)}) from None
         self._arena = Arena(_pool) if shared_memory else None
+        self.lost = False
+        """Whether an older server of the run appeared."""
 
     def __enter__(self) -> Self:
         return self
@@ -202,34 +200,47 @@ class ZenohServer:
     def __exit__(self, *_: object) -> None:
         _close(self._session)
 
-    def claim(self, instance: str) -> None:
-        """Answer the run's keys and make sure that no other server does (SPEC Z8).
+    def claim(self, instance: str, on_lost: Callable[[], None]) -> None:
+        """Answer the run's keys, unless another server does (SPEC Z8).
 
-        Of two that start at once, the one with the lesser instance stays.
+        Of two that start at once neither may see the other yet. Each goes on looking, and the younger one has lost the
+        run as soon as it sees the older one's token: `lost` is set and `on_lost` called.
         Raises EndpointError when the run is served already.
         """
         alive = self._session.liveliness()
-        if any(reply.ok for reply in alive.get(keys.server_token(self._run), timeout=ASK_TIME)):
-            raise self._served()
+        if self._tokens(keys.server_token(self._run)):
+            raise self.served()
+        mine = keys.instance_token(self._run, instance)
+
+        def hear_of_server(sample: zenoh.Sample) -> None:
+            if sample.kind == zenoh.SampleKind.PUT and str(sample.key_expr) < mine:
+                self.lost = True
+                on_lost()
+
         for message in keys.MESSAGES:
             self._declare(message)
-        alive.declare_subscriber(
-            keys.client_token(self._run), zenoh.handlers.Callback(self._hear_of_client, indirect=False), history=True
-        )
-        self._token = alive.declare_token(keys.server_token(self._run))
-        deadline = time.monotonic() + CLAIM_TIME
-        while others := self._others():
-            if any(other.phase != "starting" or other.server.instance < instance for other in others):
-                raise self._served()
-            if time.monotonic() > deadline:
-                raise self._served()
-            time.sleep(0.05)  # the other one finds us and leaves, or found nobody and serves
+        for pattern, hear in (
+            (keys.client_token(self._run), self._hear_of_client),
+            (keys.instance_token(self._run), hear_of_server),
+        ):
+            alive.declare_subscriber(pattern, zenoh.handlers.Callback(hear, indirect=False), history=True)
+        self._tokens_held = [alive.declare_token(key) for key in (mine, keys.server_token(self._run))]
+
+    def _tokens(self, key: str) -> set[str]:
+        """The liveliness tokens that match a key, wherever they are."""
+        replies = [reply.ok for reply in self._session.liveliness().get(key, timeout=ASK_TIME)]
+        return {str(sample.key_expr) for sample in replies if sample is not None}
 
     def _declare(self, message: str) -> None:
         key = keys.message_key(self._run, message)
 
         def receive(query: zenoh.Query) -> None:
-            self._host.receive(_ZenohQuestion(message, key, query, self._arena))
+            question = _ZenohQuestion(message, key, query, self._arena)
+            try:
+                self._host.receive(question)
+            except Exception as error:  # noqa: BLE001  (zenoh would send an empty set of replies instead, SPEC E5)
+                text = f"{message} failed: {type(error).__name__}: {error}"
+                question.refuse(codec.encode_error(RemoteProtocolError("failed", "E5", text)))
 
         callback = zenoh.handlers.Callback(receive, indirect=False)
         self._session.declare_queryable(key, callback, complete=True)
@@ -238,20 +249,8 @@ class ZenohServer:
         client_id = str(sample.key_expr).rpartition("/")[2]
         self._host.client_alive(client_id, alive=sample.kind == zenoh.SampleKind.PUT)
 
-    def _others(self) -> list[StatusReply]:
-        """The status of every other server of the run."""
-        replies = self._session.get(
-            keys.message_key(self._run, "status"),
-            target=zenoh.QueryTarget.ALL,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            attachment=codec.encode_request(StatusRequest()).header,
-            allowed_destination=zenoh.Locality.REMOTE,
-            timeout=ASK_TIME,
-        )
-        answers = [_unpack(reply) for reply in replies]
-        return [codec.decode_status_reply(header, bulk) for accepted, header, bulk in answers if accepted]
-
-    def _served(self) -> EndpointError:
+    def served(self) -> EndpointError:
+        """The error of a server that finds the run served by another one."""
         return EndpointError(
             "already_served", "Z8", f"run {self._run!r} is served already by another server", {"run": self._run}
         )
@@ -270,6 +269,13 @@ def _unpack(reply: zenoh.Reply) -> tuple[bool, bytes, bytes]:
         return True, b"" if header is None else header.to_bytes(), sample.payload.to_bytes()
     error = reply.err
     return False, b"" if error is None else error.payload.to_bytes(), b""
+
+
+def _server_mode(listen: Sequence[str] | None, connect: Sequence[str]) -> str:
+    """How a server takes part: routers do not carry what peers say to other peers, unless gossip tells these to connect."""
+    if not connect:
+        return "peer"
+    return "router" if listen else "client"
 
 
 def _configure(zenoh_config: str | Path | None, **wanted: Any) -> zenoh.Config:

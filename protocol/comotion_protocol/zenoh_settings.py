@@ -55,7 +55,7 @@ def configure(
     Args:
         config: from a user's file, or as zenoh makes it.
         default: as zenoh makes it. A file's value that equals it cannot be told from one that is not there.
-        mode: "client" or "peer".
+        mode: zenoh's: "client" only connects, "peer" only listens, "router" does both and carries messages on.
         listen: endpoints; these go before those of a file. None: the file's, or the usual ones.
         connect: likewise.
         timeout: patience with connecting [s].

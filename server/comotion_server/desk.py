@@ -57,8 +57,13 @@ class Desk:
         for thread in self._threads:
             thread.join(STOP_TIME)
 
+    @property
+    def waiting(self) -> int:
+        """Requests that wait for the worker now."""
+        return self._work.qsize()
+
     def _is_full(self) -> bool:
-        return self._work.qsize() >= self._waiting_most
+        return self.waiting >= self._waiting_most
 
     def _answer_front(self) -> None:
         while (question := self._front.get()) is not None:

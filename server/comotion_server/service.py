@@ -55,7 +55,7 @@ class Service:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.run = check_run(run)
-        self.info = m.ServerInfo(name="comotion", version=metadata.version("comotion"), instance=secrets.token_hex(8))
+        self.info = m.ServerInfo(name="comotion", version=metadata.version("comotion"), instance=_new_instance())
         self._engine = engine
         self._idle_time = idle_time
         self._digest = surface_digest(engine.regions, engine.sample(0.0).vertices)
@@ -65,9 +65,8 @@ class Service:
         self._lock = threading.Lock()
         self._clock = clock
         self._session = Session(idle_time, clock)
-        self._serving = False
         self._computing = False
-        self._phase: tuple[Any, float] = ("starting", clock())
+        self._phase: tuple[Any, float] = ("free", clock())
         self._busy = 0.0
         self._time = engine.time
 
@@ -83,11 +82,6 @@ class Service:
                 return self._close(request)
             case m.StatusRequest():
                 return codec.encode_reply(self.status())
-
-    def serve(self) -> None:
-        """From now on this is the run's server: it was found that there is no other (SPEC Z8)."""
-        with self._lock:
-            self._serving = True
 
     def refuse_open(self) -> None:
         """Raise ProtocolError if an open would be refused now: nobody should wait for a step to hear that."""
@@ -239,7 +233,12 @@ class Service:
     def _phase_now(self, now: float) -> tuple[Any, float]:
         """The phase, and since when."""
         held = self._session.holder is not None
-        phase = "computing" if self._computing else "idle" if held else "free" if self._serving else "starting"
+        phase = "computing" if self._computing else "idle" if held else "free"
         if phase != self._phase[0]:
             self._phase = (phase, now)
         return self._phase
+
+
+def _new_instance() -> str:
+    """A name for this start of the server, by which the older of two goes first (SPEC Z8)."""
+    return f"{time.time_ns():016x}{secrets.token_hex(4)}"

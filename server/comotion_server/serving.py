@@ -36,7 +36,7 @@ def serve(
         allow_insecure: permit endpoints beyond this machine without TLS.
         shared_memory: use it for large arrays with clients on this machine.
         idle_time: patience with a silent client that shows no liveliness token [s].
-        stop: ends the serving when set.
+        stop: ends the serving when set; it is set here if an older server of the run appears.
         on_ready: called once clients can open.
 
     Raises:
@@ -55,7 +55,8 @@ def serve(
         shared_memory=shared_memory,
     )
     with server, desk:  # at the end the desk refuses what waits, and only then the server goes
-        server.claim(service.info.instance)
-        service.serve()
+        server.claim(service.info.instance, on_lost=stop.set)
         on_ready()
         stop.wait()
+        if server.lost:
+            raise server.served()

@@ -30,7 +30,12 @@ DECODERS = {
 }
 
 anything = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=8) | st.binary(max_size=4),
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**64 - 1)
+    | st.floats()
+    | st.text(max_size=8)
+    | st.binary(max_size=4),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
     max_leaves=12,
 )
@@ -134,7 +139,9 @@ def test_unknown_keys_nil_and_order_do_not_matter():
     request = codec.decode_request("step", header, b"")
     assert (request.lease, request.step, request.dt, request.dt_next) == ("L", 1, 0.1, None)
     # float32 and long integers are other forms of the same types
-    other_forms = b"\x84\xa5lease\xa1L\xa4step\xcf" + (1).to_bytes(8, "big") + b"\xa7attempt\xd0\x00\xa2dt\xca\x3f\x00\x00\x00"
+    other_forms = (
+        b"\x84\xa5lease\xa1L\xa4step\xcf" + (1).to_bytes(8, "big") + b"\xa7attempt\xd0\x00\xa2dt\xca\x3f\x00\x00\x00"
+    )
     assert codec.decode_request("step", other_forms, b"").dt == 0.5
 
 
