@@ -27,6 +27,7 @@ from types import SimpleNamespace
 import numpy as np
 import zenoh
 import zenoh.shm
+
 from comotion_protocol import MotionClient, Wants
 from comotion_protocol.zenoh_settings import configure
 

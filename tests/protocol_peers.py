@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 from trivial_engine import TrivialEngine
 
-from comotion_protocol import MotionClient
+from comotion_protocol import MotionClient, ProtocolError
 from comotion_protocol.blocks import Frame
 from comotion_protocol.codec import decode_error, encode_request
 from comotion_protocol.header import pack
@@ -82,7 +82,7 @@ class Peers:
         def run():
             try:
                 result.append(call(*arguments))
-            except Exception as error:
+            except ProtocolError as error:
                 result.append(error)
 
         thread = threading.Thread(target=run)

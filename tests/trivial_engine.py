@@ -1,7 +1,7 @@
 """A deterministic stand-in for the simulation, simple enough to be worked out by hand in a test.
 
-One body per region, of mass 1, without gravity: v += F dt, then x += v dt; nothing ever turns or collides. A region whose
-name begins with "wall" never moves. `hold` lets a test keep a step from ending, `fail` makes the next one fail.
+One body per region, of mass 1, without gravity: v += F dt, then x += v dt; nothing ever turns or collides. A region
+whose name begins with "wall" never moves. `hold` lets a test keep a step from ending, `fail` makes the next one fail.
 """
 
 import threading

@@ -244,7 +244,7 @@ class CloseRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class CloseReply:
-    """Steps accepted by the run so far, and its time [s]"""
+    """Steps accepted by the run so far, and its time in seconds."""
 
     steps: int
     time: float
@@ -252,7 +252,7 @@ class CloseReply:
 
 @dataclass(frozen=True, kw_only=True)
 class StatusRequest:
-    """Ask what the server does (SPEC S8). Nothing in it; anyone may ask."""
+    """Ask what the server does (SPEC S8); there is nothing in it, and anyone may ask."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -142,7 +142,7 @@ class _ZenohQuestion:
 
     def frame(self) -> tuple[bytes, bytes]:
         header, bulk = self._query.attachment, self._query.payload
-        return b"" if header is None else header.to_bytes(), b"" if bulk is None else bulk.to_bytes()
+        return b"" if header is None else header.to_bytes(), b"" if bulk is None else _bytes_of(bulk)
 
     def reply(self, frame: Frame) -> None:
         with self._query:
@@ -266,16 +266,22 @@ def _unpack(reply: zenoh.Reply) -> tuple[bool, bytes, bytes]:
     """Accepted, header and bulk of a reply; for an error reply its payload as header (SPEC E1)."""
     if (sample := reply.ok) is not None:
         header = sample.attachment
-        return True, b"" if header is None else header.to_bytes(), sample.payload.to_bytes()
+        return True, b"" if header is None else header.to_bytes(), _bytes_of(sample.payload)
     error = reply.err
     return False, b"" if error is None else error.payload.to_bytes(), b""
 
 
 def _server_mode(listen: Sequence[str] | None, connect: Sequence[str]) -> str:
-    """How a server takes part: routers do not carry what peers say to other peers, unless gossip tells these to connect."""
+    """How a server takes part. Routers do not carry peers' words to other peers: these should connect by gossip."""
     if not connect:
         return "peer"
     return "router" if listen else "client"
+
+
+def _bytes_of(payload: zenoh.ZBytes) -> bytes:
+    """A payload's bytes; from shared memory straight, which takes two thirds of the time of `to_bytes`."""
+    shared = payload.as_shm()
+    return payload.to_bytes() if shared is None else bytes(shared)
 
 
 def _configure(zenoh_config: str | Path | None, **wanted: Any) -> zenoh.Config:

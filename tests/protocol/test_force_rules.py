@@ -8,6 +8,7 @@ from trivial_engine import TETRAHEDRON, TrivialEngine
 from comotion_protocol import LocalProtocolError, Sums, Wants
 
 DT = 0.5
+ICE = np.array([3.0, 4.0, 5.0])  # where the body of the second region starts
 
 
 @pytest.fixture
@@ -108,18 +109,16 @@ def test_dt_of_the_first_step(peers, dt):
 @pytest.mark.rule("F7")
 def test_sums(motion):
     forces = {"ice": np.array([[1e6, 0.0, 0.0], [-1e6, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]])}
-    arms = TETRAHEDRON + [3.0, 4.0, 5.0]
+    arms = TETRAHEDRON + ICE
     force, moment = forces["ice"].sum(axis=0), np.cross(arms, forces["ice"]).sum(axis=0)
     # The scale is the sum of magnitudes, 2e6 N: 1e-9 of it is 2e-3 N.
-    for wrong, named in (
-        ((force + [3e-3, 0, 0], moment), "sums.force"),
-        ((force, moment + [0, 0.1, 0]), "sums.moment"),
-    ):
+    x, y, _ = np.eye(3)
+    for wrong, named in (((force + 3e-3 * x, moment), "sums.force"), ((force, moment + 0.1 * y), "sums.moment")):
         sums = Sums(force=tuple(wrong[0].tolist()), moment=tuple(wrong[1].tolist()))
         code, rule, message = refusal(motion.step, DT, forces, sums=sums)
         assert (code, rule) == ("sums_mismatch", "F7")
         assert named in message
-    right = Sums(force=tuple((force + [1e-3, 0, 0]).tolist()), moment=tuple(moment.tolist()))
+    right = Sums(force=tuple((force + 1e-3 * x).tolist()), moment=tuple(moment.tolist()))
     reply = motion.step(DT, forces, sums=right)
     assert reply.step == 1
     assert reply.sums == Sums(force=tuple(force.tolist()), moment=tuple(moment.tolist()))

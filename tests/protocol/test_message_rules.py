@@ -21,6 +21,12 @@ from comotion_protocol.messages import UNITS, StepRequest
 
 DT = 0.5
 PUSH = {"ice": np.ones((4, 3))}
+ICE = np.array([3.0, 4.0, 5.0])  # where the body of the second region starts
+
+
+def place(row):
+    """The vertices of a region at the start."""
+    return TETRAHEDRON + np.arange(3.0 * row, 3.0 * row + 3.0)
 
 
 # K: keys -------------------------------------------------------------------------------------------------------------
@@ -72,7 +78,7 @@ def test_the_four_messages(peers):
         for row, region in enumerate(motion.regions):
             assert (region.vertex_count, region.triangle_count, region.moves) == (4, 4, region.name != "wall")
             assert region.bodies[0].name == f"{region.name}-body"
-            assert motion.vertices[region.name].tolist() == (TETRAHEDRON + [3 * row, 3 * row + 1, 3 * row + 2]).tolist()
+            assert motion.vertices[region.name].tolist() == place(row).tolist()
             assert motion.triangles[region.name].tolist() == FACETS.tolist()
         assert opened.poses.shape == (3, 7)
         assert opened.twists.shape == (3, 6)
@@ -156,7 +162,7 @@ def test_facets(peers):
         assert (region.vertex_count, region.triangle_count) == (12, 4)
         assert (region.bodies[0].first_vertex, region.bodies[0].vertex_count) == (0, 12)
         assert motion.triangles["ice"].ravel().tolist() == list(range(12))
-        assert motion.vertices["ice"].tolist() == (TETRAHEDRON + [3.0, 4.0, 5.0])[FACETS.ravel()].tolist()
+        assert motion.vertices["ice"].tolist() == (TETRAHEDRON + ICE)[FACETS.ravel()].tolist()
         forces = np.arange(36.0).reshape(12, 3)
         reply = motion.step(DT, {"ice": forces})
         assert reply.vertices["ice"].shape == (12, 3)
@@ -172,7 +178,7 @@ def test_facets(peers):
 def test_digest(peers):
     by_hand = hashlib.sha256()
     for row, name in enumerate(("hull", "ice", "wall")):
-        start = TETRAHEDRON + [3.0 * row, 3.0 * row + 1, 3.0 * row + 2]
+        start = place(row)
         by_hand.update(name.encode() + b"\0" + start.astype("<f8").tobytes() + FACETS.astype("<u4").tobytes())
     with peers.open(digest=by_hand.hexdigest()) as motion:
         assert motion.opened.digest == by_hand.hexdigest()
@@ -317,7 +323,7 @@ def test_what_waits_when_the_server_stops_is_told():
 def test_an_empty_set_of_replies_is_an_absent_peer():
     with Peers("zenoh") as peers:
         link = peers.link()
-        peers.desk.receive = lambda question: None  # it loses the query, so that zenoh ends it without a reply
+        peers.desk.receive = lambda _: None  # it loses the query, so that zenoh ends it without a reply
         with pytest.raises(PeerAbsentError) as absent:
             ask(link, "status", {})
         assert (absent.value.code, absent.value.rule) == ("server_gone", "Z6")

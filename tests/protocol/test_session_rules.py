@@ -87,7 +87,7 @@ def test_a_lease_that_is_not_held_is_refused(peers, link):
 
 
 @pytest.mark.rule("L3")
-def test_leases_are_random_and_secret(peers, link):
+def test_leases_are_random_and_secret(link):
     leases = set()
     for _ in range(5):
         opened = open_by(link)
@@ -176,7 +176,7 @@ def test_a_long_step_is_no_silence():
 
 
 @pytest.mark.rule("L6", "S6")
-def test_close_gives_the_lease_back(peers, link, lease):
+def test_close_gives_the_lease_back(link, lease):
     assert send(link, step(lease, 1))[0]
     refused(send(link, CloseRequest(lease=lease, step=0), "close"), "wrong_step", "S6")
     accepted, header, bulk = send(link, CloseRequest(lease=lease, step=1), "close")
@@ -240,7 +240,7 @@ def test_a_repeat_that_waits_for_its_step_has_no_second_effect(peers, link, leas
 
 
 @pytest.mark.rule("S4")
-def test_other_bytes_are_a_conflict(peers, link, lease):
+def test_other_bytes_are_a_conflict(link, lease):
     first = send(link, step(lease, 1))
     refused(send(link, step(lease, 1, dt=0.25)), "conflict", "S4")
     refused(send(link, step(lease, 1, forces={"ice": -np.ones((4, 3))})), "conflict", "S4")

@@ -79,7 +79,7 @@ def test_refused(case):
 
 
 def test_bytes_worked_out_by_hand():
-    """A close request by the msgpack specification: map of 2, string of 5 "lease", string of 1, string of 4 "step", 3."""
+    """A close request by the msgpack specification: map of 2, string 5 "lease", string 1, string 4 "step", 3."""
     by_hand = b"\x82" + b"\xa5lease" + b"\xa1L" + b"\xa4step" + b"\x03"
     assert codec.encode_request(codec.decode_request("close", by_hand, b"")).header == by_hand
     assert codec.decode_request("close", by_hand, b"") == vectors.m.CloseRequest(lease="L", step=3)
