@@ -9,7 +9,6 @@ import numpy as np
 from comotion_protocol import limits
 from comotion_protocol.errors import RemoteProtocolError
 from comotion_protocol.messages import FloatArray, StepRequest, Sums
-from comotion_server.finite import all_finite, first_not_finite
 from comotion_server.surfaces import Surface
 
 
@@ -45,8 +44,8 @@ def _check_array(name: str, rule: str, array: FloatArray, shape: tuple[int, int]
             expected=list(shape),
             got=list(array.shape),
         )
-    if not all_finite(array):
-        row, column = first_not_finite(array)
+    if not np.isfinite(array).all():
+        row, column = (int(n) for n in np.argwhere(~np.isfinite(array))[0])
         raise _refuse(
             "not_finite",
             "F4",
