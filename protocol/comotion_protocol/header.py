@@ -43,11 +43,10 @@ def unpack(data: bytes, largest: int) -> dict[str, Any]:
 
 def _map(pairs: list[tuple[Any, Any]]) -> dict[str, Any]:
     """A map whose keys are strings, each once (SPEC B1)."""
-    values: dict[str, Any] = {}
-    for key, value in pairs:
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        raise RemoteProtocolError("malformed", "B1", "a key comes twice in one map of the header")
+    for key in values:
         if type(key) is not str:
             raise RemoteProtocolError("malformed", "B1", f"a key of the header is a {type(key).__name__}, not a string")
-        if key in values:
-            raise RemoteProtocolError("malformed", "B1", f"key {key!r} comes twice in one map", {"field": key})
-        values[key] = value
     return values

@@ -1,6 +1,7 @@
 """The small records inside headers: dataclass to map and back (SPEC M, the tables of records)."""
 
 from dataclasses import fields as dataclass_fields
+from functools import cache
 from typing import Any
 
 from comotion_protocol import messages as m
@@ -9,8 +10,14 @@ from comotion_protocol.fields import Fields
 
 def record(value: Any) -> dict[str, Any]:
     """The map of a record: its fields in the order of its class, without those that are None."""
-    pairs = ((field.name, getattr(value, field.name)) for field in dataclass_fields(value))
+    pairs = ((name, getattr(value, name)) for name in _names(type(value)))
     return {name: _plain(item) for name, item in pairs if item is not None}
+
+
+@cache
+def _names(kind: type[Any]) -> tuple[str, ...]:
+    """Of the fields of a record."""
+    return tuple(field.name for field in dataclass_fields(kind))
 
 
 def _plain(item: Any) -> Any:
