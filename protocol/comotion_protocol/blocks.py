@@ -27,14 +27,9 @@ class Frame:
         """Bytes of the bulk."""
         return sum(array.nbytes for array in self.arrays)
 
-    def bulk(self) -> bytearray:
+    def bulk(self) -> bytes:
         """The bulk in one piece: the only copy on the sender's side."""
-        bulk = bytearray(self.size)
-        start = 0
-        for array in self.arrays:
-            np.frombuffer(bulk, array.dtype, array.size, start)[:] = array.ravel()
-            start += array.nbytes
-        return bulk
+        return b"".join(array.reshape(-1).view(np.uint8).data for array in self.arrays)
 
 
 def describe(name: str, array: np.ndarray[Any, Any]) -> dict[str, Any]:

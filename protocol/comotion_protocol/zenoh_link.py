@@ -10,6 +10,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self
@@ -95,7 +96,7 @@ class ZenohLink:
         try:
             self._session.get(
                 self._keys[message],
-                zenoh.handlers.Callback(box.put, lambda: box.put(None), indirect=False),
+                zenoh.handlers.Callback(box.put, partial(box.put, None), indirect=False),
                 target=zenoh.QueryTarget.BEST_MATCHING,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.BLOCK,
