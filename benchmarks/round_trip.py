@@ -3,10 +3,10 @@
     python benchmarks/round_trip.py [--rounds N]
 
 Every peer is two processes of its own on this machine, so that none lives on the memory settings of another, and
-carries the same payload: n vertices as float64, both ways. They take turns by bursts of round trips, so that a noisy machine
-troubles all alike; figures are medians. Ours is the whole of it: `MotionClient`, codec, session, checks of the forces,
-the desk's worker, the kept reply; the engine behind it is fixed and costs next to nothing. The bare peers only move
-bytes: `get` hands them over as bytes, the socket receives into fresh memory.
+carries the same payload: n vertices as float64, both ways. They take turns by bursts of round trips, so that a noisy
+machine troubles all alike; figures are medians. Ours is the whole of it: `MotionClient`, codec, session, checks of the
+forces, the desk's worker, the kept reply; the engine behind it is fixed and costs next to nothing. The bare peers only
+move bytes: `get` hands them over as bytes, the socket receives into fresh memory.
 
 Targets: at most the bare get + 200 us up to 10 000 vertices, at most 1.5 times the bare get beyond (both plain);
 with shared memory at 1 000 000 vertices at most the socket. Exit code 1 if one is missed.
