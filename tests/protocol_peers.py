@@ -59,7 +59,8 @@ class Peers:
         return self
 
     def __exit__(self, *error):
-        self.engine.hold.set()
+        if isinstance(self.engine, TrivialEngine):
+            self.engine.hold.set()
         return self._stack.__exit__(*error)
 
     def link(self):
