@@ -10,7 +10,7 @@ from comotion_protocol.fields import Fields
 
 def record(value: Any) -> dict[str, Any]:
     """The map of a record: its fields in the order of its class, without those that are None."""
-    pairs = ((name, getattr(value, name)) for name in _names(type(value)))
+    pairs = ((name, getattr(value, name)) for name in _names(value.__class__))
     return {name: _plain(item) for name, item in pairs if item is not None}
 
 
