@@ -26,8 +26,12 @@ from comotion_protocol.link import Host
 from comotion_protocol.memory import keep_large_blocks
 from comotion_protocol.zenoh_settings import configure, endpoints
 
-FOREVER = 1e8
-"""Zenoh's own timeout of a query [s]: none in effect. A step takes as long as it takes; a dead server is noticed."""
+QUERY_TIME = 300.0
+"""Zenoh's own timeout of a query [s]. Until then zenoh keeps 0.7 kB of every query, answered or not; so it cannot be
+endless. A step that takes longer is asked for again with the same bytes, which has no second effect (SPEC S3, Z4)."""
+
+TIMED_OUT = b"Timeout"
+"""What zenoh itself puts into an error reply when its timeout is over; an error of the protocol is a msgpack map."""
 
 ASK_TIME = 2.0
 """Patience with a look at who is there [s]."""
@@ -89,6 +93,13 @@ class ZenohLink:
 
     def ask(self, message: str, frame: Frame, timeout: float | None) -> tuple[bool, bytes, bytes]:
         """See `Link.ask`."""
+        while True:
+            answer = self._ask_once(message, frame, timeout)
+            if answer != (False, TIMED_OUT, b""):
+                return answer
+
+    def _ask_once(self, message: str, frame: Frame, timeout: float | None) -> tuple[bool, bytes, bytes]:
+        """The answer to one query (SPEC Z4), zenoh's own word for its timeout included."""
         if self._session.is_closed() or not self._server_there.is_set():
             raise self._absent(message)
         box: SimpleQueue[Any] = SimpleQueue()
@@ -100,7 +111,7 @@ class ZenohLink:
                 target=zenoh.QueryTarget.BEST_MATCHING,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 congestion_control=zenoh.CongestionControl.BLOCK,
-                timeout=FOREVER if timeout is None else timeout + 1.0,
+                timeout=QUERY_TIME if timeout is None else timeout + 1.0,
                 payload=_payload(frame, self._arena),
                 attachment=frame.header,
             )

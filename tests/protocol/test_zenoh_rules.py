@@ -15,7 +15,7 @@ import zenoh
 from protocol_peers import PATIENCE, RUN, Peers, ask, error_of, free_port
 from trivial_engine import TrivialEngine
 
-from comotion_protocol import EndpointError, MotionClient, PeerAbsentError, arena, keys
+from comotion_protocol import EndpointError, MotionClient, PeerAbsentError, arena, keys, zenoh_link
 from comotion_protocol.blocks import Frame
 from comotion_protocol.endpoints import check_endpoint
 from comotion_protocol.zenoh_link import ZenohLink, ZenohServer
@@ -283,7 +283,22 @@ def test_how_a_client_asks():
         assert options["consolidation"] == zenoh.ConsolidationMode.NONE
         assert options["congestion_control"] == zenoh.CongestionControl.BLOCK
     assert 3.0 < status["timeout"] < 10.0
-    assert step["timeout"] > 365 * 86400
+    assert step["timeout"] == zenoh_link.QUERY_TIME
+
+
+@pytest.mark.rule("Z4", "S3")
+def test_a_step_may_take_longer_than_a_query(monkeypatch):
+    monkeypatch.setattr(zenoh_link, "QUERY_TIME", 0.05)
+    with Peers("zenoh") as peers, peers.open() as motion:
+        peers.engine.hold.clear()
+        finish = peers.in_background(motion.step, 0.5)
+        deadline = time.monotonic() + PATIENCE
+        while peers.desk.waiting < 2:  # the step was asked for twice more
+            assert time.monotonic() < deadline
+            motion.status()
+        peers.engine.hold.set()
+        assert (finish().step, peers.engine.steps_taken) == (1, 1)
+        assert motion.step(0.5).step == 2
 
 
 @pytest.mark.rule("Z7")
@@ -477,3 +492,14 @@ def test_a_server_process_ends_when_asked(process, endpoint):
         motion.step(0.5)
     child.send_signal(signal.SIGTERM)
     assert child.wait(STOP_TIME) == 0
+
+
+def test_a_server_process_ends_in_the_middle_of_a_step(process, endpoint):
+    child = process("serve_trivial.py", endpoint, "hold", says="ready")
+    motion = MotionClient.open(RUN, endpoint)
+    error, delay = told_of_death(motion, child, signal.SIGTERM)
+    assert error.code == "server_gone"
+    assert delay < STOP_TIME
+    assert child.wait(STOP_TIME) == 0
+    with pytest.raises(PeerAbsentError):
+        motion.close()
