@@ -79,8 +79,8 @@ def _description(block: Any) -> Description:
         raise _refuse("wrong_type", "B2", f"block: name must be a string of 1 to {limits.BLOCK_NAME_LENGTH} characters")
     if not isinstance(dtype, str) or dtype not in DTYPES:
         raise _refuse("out_of_range", "B4", f"block {name!r}: dtype must be one of {sorted(DTYPES)}", block=name)
-    if not isinstance(shape, list) or len(shape) != 2 or not all(type(n) is int for n in shape):
+    if not isinstance(shape, list) or len(shape) != 2 or type(shape[0]) is not int or type(shape[1]) is not int:
         raise _refuse("wrong_type", "B5", f"block {name!r}: shape must be two integers", block=name)
-    if not all(0 <= n <= limits.BULK_BYTES for n in shape):
+    if not (0 <= shape[0] <= limits.BULK_BYTES and 0 <= shape[1] <= limits.BULK_BYTES):
         raise _refuse("out_of_range", "B5", f"block {name!r}: shape {shape} is negative or too large", block=name)
     return name, DTYPES[dtype], (shape[0], shape[1])

@@ -33,7 +33,7 @@ from comotion_protocol.records import (
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
-BULK_KEYS = ("forces", "wrenches", "vertices", "velocities", "triangles", "poses", "twists")
+BULK_KEYS = frozenset({"forces", "wrenches", "vertices", "velocities", "triangles", "poses", "twists"})
 """Keys that never hold a list: arrays travel as blocks (SPEC B7)."""
 
 
@@ -327,9 +327,9 @@ def _frame(values: dict[str, Any], arrays: Mapping[str, np.ndarray[Any, Any]]) -
 def _read(header: bytes, bulk: bytes, largest: int) -> tuple[Fields, Arrays]:
     """The header's map and the bulk's blocks."""
     values = unpack(header, largest)
-    for key in BULK_KEYS:
-        if key in values:
-            raise RemoteProtocolError("wrong_type", "B7", f"{key}: arrays travel as blocks of the bulk", {"field": key})
+    if not BULK_KEYS.isdisjoint(values):
+        key = next(key for key in values if key in BULK_KEYS)
+        raise RemoteProtocolError("wrong_type", "B7", f"{key}: arrays travel as blocks of the bulk", {"field": key})
     return Fields(values, ""), split(values.get("blocks", []), bulk)
 
 

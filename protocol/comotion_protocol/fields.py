@@ -87,11 +87,12 @@ class Fields:
     def vector(self, key: str) -> Vector:
         """Three finite floats."""
         value = self.raw(key)
-        if type(value) is not list or len(value) != 3 or not all(type(x) is float for x in value):
+        if type(value) is not list or [type(x) for x in value] != [float, float, float]:
             raise refusal("wrong_type", "B8", self._name(key), "three floats", value)
-        if not all(math.isfinite(x) for x in value):
+        x, y, z = value
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
             raise refusal("not_finite", "B9", self._name(key), "three finite floats", value)
-        return (value[0], value[1], value[2])
+        return (x, y, z)
 
     def version(self, key: str) -> tuple[int, int]:
         """Major and minor version."""
