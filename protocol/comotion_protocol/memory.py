@@ -1,8 +1,8 @@
 """Memory for large messages that is kept and used again, instead of being given back to the kernel after each.
 
 Fresh pages cost more than all copies of a message together: at 24 MB a plain round trip takes a third longer. Glibc
-gives large blocks back at once; two of its settings change that for this process. (One heap for all threads, a third setting,
-made messages of 2 MB slower: zenoh's threads wait for each other.)
+gives large blocks back at once; two of its settings change that for this process. A third one, a single heap for all
+threads, made messages of 2 MB slower: zenoh's threads waited for each other.
 """
 
 import ctypes
