@@ -33,6 +33,9 @@ endless. A step that takes longer is asked for again with the same bytes, which 
 TIMED_OUT = b"Timeout"
 """What zenoh itself puts into an error reply when its timeout is over; an error of the protocol is a msgpack map."""
 
+HEED_TIME = 0.25
+"""Longest wait before Ctrl-C is looked for [s]."""
+
 ASK_TIME = 2.0
 """Patience with a look at who is there [s]."""
 
@@ -115,7 +118,7 @@ class ZenohLink:
                 payload=_payload(frame, self._arena),
                 attachment=frame.header,
             )
-            reply = box.get(timeout=timeout)
+            reply = _take(box, timeout)
         except Empty:
             raise PeerAbsentError("no_reply", "Z7", f"no reply to {message!r} within {timeout} s") from None
         finally:
@@ -141,6 +144,21 @@ class ZenohLink:
         return PeerAbsentError(
             "server_gone", "Z6", f"{message}: the server of run {self._run!r} is gone", {"run": self._run}
         )
+
+
+def _take(box: SimpleQueue[Any], timeout: float | None) -> Any:
+    """The next thing from the box; raises Empty after `timeout` seconds.
+
+    Python hears a signal that arrives just before a wait only when the wait is over, so no wait is long.
+    """
+    deadline = None if timeout is None else time.monotonic() + timeout
+    while True:
+        left = HEED_TIME if deadline is None else deadline - time.monotonic()
+        try:
+            return box.get(timeout=min(HEED_TIME, max(left, 0.0)))
+        except Empty:
+            if left < HEED_TIME:
+                raise
 
 
 class _ZenohQuestion:

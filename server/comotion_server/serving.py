@@ -10,6 +10,8 @@ from comotion_server.desk import Desk
 from comotion_server.engine import Engine
 from comotion_server.service import Service
 
+HEED_TIME = 0.25  # [s] longest wait before Ctrl-C is looked for
+
 
 def serve(
     simulation: Engine,
@@ -57,6 +59,7 @@ def serve(
     with server, desk:  # at the end the desk refuses what waits, and only then the server goes
         server.claim(service.info.instance, on_lost=stop.set)
         on_ready()
-        stop.wait()
+        while not stop.wait(HEED_TIME):
+            pass  # Python hears a signal that arrives just before a wait only when the wait is over
         if server.lost:
             raise server.served()

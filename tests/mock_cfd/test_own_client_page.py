@@ -26,9 +26,7 @@ OMEGA = np.sqrt(9.81 / 0.1)
 def served(request):
     """A shipped scene, `float_box` unless the test names another, served in memory."""
     scene = getattr(request, "param", "float_box")
-    service = Service(Simulation.load(path_of(scene)), scene)
-    with Desk(service) as desk:
-        service.serve()
+    with Desk(Service(Simulation.load(path_of(scene)), scene)) as desk:
         yield MemoryLink(desk)
 
 
