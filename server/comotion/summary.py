@@ -78,6 +78,8 @@ class Summary:
             ("worst error", "momentum {:.1e}, angular momentum {:.1e}, energy {:.1e} (relative)".format(*errors)),
             ("overlaps", f"{record.overlaps}, largest {record.overlap_max:.3g} m" if record.overlaps else "none"),
         ]
+        if record.overlaps:
+            rows.append(("", "the paper's queue cannot exclude them: docs/method.md, P14 to P16"))
         if self.heave is not None:
             heave = self.heave
             found = f"{heave.measured:.5g} s over {heave.cycles} cycles; theory {heave.theory:.5g} s"
