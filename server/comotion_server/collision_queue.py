@@ -51,6 +51,7 @@ class CollisionQueue:
         self._criteria = ParallelCriteria(self.table, self.settings) if self.settings.parallel == "paper" else None
         self.now = 0.0
         self._left_out: set[tuple[int, int]] = set()
+        self.begin(0.0)
         self._refuse_overlaps()
 
     def checkpoint(self) -> tuple[Any, float]:
