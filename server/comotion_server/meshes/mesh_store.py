@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from comotion_server.kernels.hierarchy import build_hierarchy
+from comotion_server.kernels.lane_tree import fill_lanes, plan_lanes
+from comotion_server.kernels.lanes import LANES, ROWS
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.topology import build_normals, build_sharp, build_stars
 
@@ -63,6 +65,7 @@ def _prepared(mesh: TriangleMesh) -> MeshArrays:
     child, first, number = (np.empty(room, np.int64) for _ in range(3))
     leaf_triangles = np.empty(count, np.int64)
     nodes = build_hierarchy(vertices, triangles, leaf_triangles, centre, axes, half, child, first, number)
+    link, used, box, block = _lanes(vertices, triangles, leaf_triangles, centre, axes, half, child, first, number)
     return MeshArrays(
         vertices=vertices,
         triangles=triangles,
@@ -80,8 +83,32 @@ def _prepared(mesh: TriangleMesh) -> MeshArrays:
         first=first[:nodes],
         entries=number[:nodes],
         leaf_triangles=leaf_triangles,
+        top=np.zeros(1, np.int64),
+        used=used,
+        link=link,
+        box=box,
+        block=block,
         size=np.array([mesh.size]),
     )
+
+
+def _lanes(
+    vertices: npt.NDArray[np.float64],
+    triangles: npt.NDArray[np.int64],
+    order: npt.NDArray[np.int64],
+    centre: npt.NDArray[np.float64],
+    axes: npt.NDArray[np.float64],
+    half: npt.NDArray[np.float64],
+    *nodes: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[Any], ...]:
+    """The binary tree regrouped into nodes of eight: link, used, box, block of MeshArrays."""
+    source, link = np.zeros((len(order) + 1, LANES), np.int64), np.zeros((len(order) + 1, LANES), np.int64)
+    used = np.empty(len(order) + 1, np.int64)
+    count = plan_lanes(*nodes, half, source, link, used)
+    link, used = link[:count], used[:count].copy()
+    block, box = np.empty((count, ROWS, LANES)), np.zeros((LANES * count, 16))
+    fill_lanes(vertices, triangles, order, centre, axes, half, source[:count], link, used, block, box)
+    return link.ravel().copy(), used, box, block
 
 
 def _starts(counts: Sequence[int]) -> npt.NDArray[np.int64]:
@@ -103,6 +130,11 @@ def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
 
     child = shifted("child", node_start)
     child[np.concatenate([part.child for part in parts]) < 0] = -1
+    lane_start = _starts([len(part.used) for part in parts])
+    link = [
+        np.where(part.link < 0, part.link - triangle, part.link + node)  # ~(t + n) is ~t - n
+        for part, triangle, node in zip(parts, triangle_start[:-1], lane_start[:-1], strict=True)
+    ]
     star_start = [part.star_start[:-1] + 3 * shift for part, shift in zip(parts, triangle_start[:-1], strict=True)]
     return MeshArrays(
         vertices=stacked("vertices"),
@@ -121,5 +153,10 @@ def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
         first=shifted("first", triangle_start),
         entries=np.concatenate([part.entries for part in parts]),
         leaf_triangles=shifted("leaf_triangles", triangle_start),
+        top=LANES * lane_start[:-1],
+        used=np.concatenate([part.used for part in parts]),
+        link=np.concatenate(link),
+        box=stacked("box"),
+        block=stacked("block"),
         size=stacked("size"),
     )
