@@ -3,12 +3,14 @@
     python benchmarks/geometry.py [--quick]
 
 Each cell is a pair of shapes at a kind of gap: far (0.2 to 1 m), middle (0.02 to 0.1 m), near (1e-4 to 1e-2 m),
-intersecting. It holds 4 poses x 16 coherent frames. All take turns on the same frames, round after round, so that a noisy
-machine troubles all alike; the figure of a cell is the least time of its rounds. `cold` knows nothing of the last frame,
-`warm` starts from its closest triangles; coal is asked cold, and *seeded* with the distance of the last closest points in
-their new places. Ours is one compiled call for all frames; a call of coal costs 1 us from Python, of fcl 5 us.
+intersecting. It holds 4 poses x 16 coherent frames. All take turns on the same frames, round after round, so that a
+noisy machine troubles all alike; the figure of a cell is the least time of its rounds. `cold` knows nothing of the last
+frame, `warm` starts from its closest triangles; coal is asked cold, and *seeded* with the distance of the last closest
+points in their new places. Ours is one compiled call for all frames; a call of coal costs 1 us from Python. Counts, per
+warm query: boxes against nodes, triangles against nodes (eight at a time each), pairs of triangles in full.
 
-Targets are geometric means of (peer's time / our time) over all cells. Exit code 1 if one is missed, or a distance differs.
+Targets are geometric means of (peer's time / our time) over all cells. Exit code 1 if one is missed, or a distance
+differs.
 """
 
 import argparse
@@ -18,14 +20,18 @@ from dataclasses import dataclass, field
 
 import numba
 import numpy as np
-from comotion_server.kernels.mesh_pair import closest_points_of_pairs
-from comotion_server.meshes.mesh_store import MeshStore
 from geometry_peers import Coal, Fcl, coal_model
 from geometry_shapes import pairs
+
+from comotion_server.kernels.mesh_pair import closest_points, closest_points_of_pairs, relative_rotation, work_space
+from comotion_server.kernels.vectors import rotated_back, row, sub
+from comotion_server.meshes.mesh_store import MeshStore
+from comotion_server.meshes.mesh_tree import binary_tree, lane_tree
 
 POSES, FRAMES = 4, 16
 GAPS = {"far": (0.2, 1.0), "middle": (0.02, 0.1), "near": (1e-4, 1e-2), "intersecting": (0.0, 0.0)}
 STEP = 0.01  # [m] and [rad] from frame to frame
+WHO = ("coal", "seeded", "fcl", "cold", "warm")
 AGREE = 1e-9  # [m]; the peers' kernels lose digits on edges that are nearly parallel
 
 
@@ -43,6 +49,19 @@ def play(m, shapes, x, R, table, reach, witness, carry, distance, p, q, n):
         if not carry:
             witness[:] = -1
         closest_points_of_pairs(m, shapes, x, R, table[f], reach, witness, distance[f], p[f], q[f], n[f])
+
+
+@numba.njit
+def count(m, shapes, x, R, table, witness, relative, counts):
+    """What the walks of some pairs (k, 2) count, given witness triangles (k, 2)."""
+    work = work_space()
+    for k in range(len(table)):
+        a, b = table[k]
+        relative_rotation(R[a], R[b], relative)
+        t = rotated_back(R[a], sub(row(x, b), row(x, a)))
+        i, j = witness[k, 0] + m.triangle_start[shapes[a]], witness[k, 1] + m.triangle_start[shapes[b]]
+        closest_points(m, shapes[a], shapes[b], relative, t, np.inf, i, j, work)
+    counts[:] = work[-1]
 
 
 @dataclass
@@ -72,7 +91,18 @@ class Ours:
     def run(self, *, carry):
         witness = np.full((POSES, 2), -1)
         m, out = self.store.arrays, (self.distance, self.p, self.q, self.n)
-        play(m, self.shapes, self.x, self.R, self.table, self.reach, witness, carry, *out)
+        play(m, self.shapes, self.x, self.R, self.table, self.reach, witness, int(carry), *out)
+
+    def counted(self):
+        """Per query, warm: see `count`."""
+        counts, witness = np.zeros((FRAMES, 3)), np.full((POSES, 2), -1)
+        m, out = self.store.arrays, (self.distance, self.p, self.q, self.n)
+        for f in range(FRAMES):
+            rows = slice(f, f + 1)
+            if f > 0:
+                count(m, self.shapes, self.x, self.R, self.table[f], witness, np.empty((3, 3)), counts[f])
+            play(m, self.shapes, self.x, self.R, self.table[rows], self.reach, witness, 1, *(o[rows] for o in out))
+        return counts[1:].mean(axis=0) / POSES
 
     def seeds(self):
         """Upper bounds [m] of all queries: the last closest points, moved with their bodies."""
@@ -152,10 +182,15 @@ def cell(meshes, ours, kind, rounds, rng):
     return {name: 1e6 * spent / (POSES * FRAMES) for name, spent in least.items()}
 
 
+def trees(mesh):
+    triangles = mesh.triangles.astype(np.int64)
+    lane_tree(mesh.vertices, triangles, binary_tree(mesh.vertices, triangles))
+
+
 def building(meshes, rounds):
     """Least times [ms] to build a tree: ours and coal's."""
     mesh = meshes[0]
-    ours = min(clock(MeshStore.build, [mesh]) for _ in range(rounds))
+    ours = min(clock(trees, mesh) for _ in range(rounds))
     return 1e3 * ours, 1e3 * min(clock(coal_model, mesh) for _ in range(rounds))
 
 
@@ -167,15 +202,18 @@ def table(rounds):
     """Print a row per cell; the figures by name."""
     rng = np.random.default_rng(20)
     rows, builds = [], {}
-    print(f"{'pair':<13} {'gap':<12} {'coal':>8} {'seeded':>8} {'fcl':>8} {'cold':>8} {'warm':>8} [us]  cold   warm  seeded")
+    times = " ".join(f"{who:>8}" for who in WHO)
+    print(f"{'pair':<13} {'gap':<12} {times} [us]  coal/cold   /warm seeded/warm  boxes triangles full")
     for name, meshes in pairs().items():
         ours = Ours(MeshStore.build(meshes))
         for kind in GAPS:
             t = cell(meshes, ours, kind, rounds, rng)
             ratios = t["coal"] / t["cold"], t["coal"] / t["warm"], t["seeded"] / t["warm"]
             rows.append((kind, *ratios, t["fcl"] / t["warm"]))
-            figures = " ".join(f"{t[who]:8.2f}" for who in ("coal", "seeded", "fcl", "cold", "warm"))
-            print(f"{name:<13} {kind:<12} {figures}    " + " ".join(f"{ratio:6.2f}" for ratio in ratios), flush=True)
+            figures = " ".join(f"{t[who]:8.2f}" for who in WHO)
+            factors = "{:13.2f} {:7.2f} {:11.2f}".format(*ratios)
+            counts = "{:6.0f} {:9.0f} {:4.0f}".format(*ours.counted())
+            print(f"{name:<13} {kind:<12} {figures} {factors} {counts}", flush=True)
         builds[name] = building(meshes, 3 * rounds)
     print(f"\n{'tree of':<13} {'ours':>8} {'coal':>8} [ms]")
     for name, (own, theirs) in builds.items():

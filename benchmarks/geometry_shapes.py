@@ -1,6 +1,7 @@
 """Pairs of bodies to measure distances on: smooth, rough, hollow, thin, coarse and fine."""
 
 import numpy as np
+
 from comotion_server.meshes import TriangleMesh, box, prism
 
 

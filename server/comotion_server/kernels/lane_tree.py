@@ -1,13 +1,13 @@
 """The tree of boxes regrouped for `lanes`: every node has up to eight children, side by side in one block.
 
-Made from the binary tree of `hierarchy`: the largest of a node's parts is divided until there are eight, or nothing but
-single triangles. A *slot* is one lane of one node, 8 node + lane; it holds a box and either a node below it or one
-triangle. Node 0 of a mesh has a single slot: the box of the whole.
+Made from the binary tree of `hierarchy` such that the boxes with nodes below them have the least area in all (dynamic
+programming from the leaves up; Ylitie, Karras, Laine 2017). A *slot* is one lane of one node, 8 node + lane; it holds a
+box and either a node below it or one triangle. Node 0 of a mesh has a single slot: the box of the whole.
 """
 
 import numpy as np
 
-from comotion_server.kernels.hierarchy import PADDING
+from comotion_server.kernels.box_fit import PADDING
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.lanes import AXES, CENTRE, CORNERS, HALF, LANES
 from comotion_server.kernels.triangle_distance import triangle_normal
@@ -17,30 +17,48 @@ SIZE = 15  # column of a slot's box: the sum of its half lengths, by which the l
 
 
 @jit
-def _parts(child, first, entries, half, source, parts):
+def _costs(child, entries, half, cost, left):
+    """The least cost of each binary node as at most i = 1 ... 8 slots, cost (n, 9), and how it is reached.
+
+    The cost of a slot is the area of its box if there is a node below it, which is how often a walk enters that, and
+    nothing if it holds one triangle. left (n, 9): the slots that go to the first child; 0: the node is one slot.
+    """
+    for node in range(len(child) - 1, -1, -1):
+        x, y, z = half[node, 0], half[node, 1], half[node, 2]
+        area, one = x * y + y * z + z * x, child[node]
+        for i in range(LANES + 1):
+            cost[node, i], left[node, i] = 0.0, 0
+        if one < 0:
+            cost[node, 1] = area if entries[node] == 2 else 0.0
+            continue
+        for i in range(2, LANES + 1):
+            cost[node, i] = np.inf
+            for k in range(1, i):
+                together = cost[one, k] + cost[one + 1, i - k]
+                if together < cost[node, i]:
+                    cost[node, i], left[node, i] = together, k
+        cost[node, 1] = area + cost[node, LANES]
+
+
+@jit
+def _parts(child, first, entries, left, whole, parts, shares):
     """The parts, at most eight, of one binary node: nodes, or ~entry for single triangles; how many there are."""
-    parts[0] = source
-    count = 1
-    while count < LANES:
-        largest, size = -1, -1.0
-        for k in range(count):
-            if parts[k] >= 0:
-                x, y, z = half[parts[k], 0], half[parts[k], 1], half[parts[k], 2]
-                area = x * y + y * z + z * x
-                if area > size:
-                    largest, size = k, area
-        if largest < 0:
-            break
-        node = parts[largest]
-        if child[node] >= 0:
-            parts[largest] = child[node]
-            parts[count] = child[node] + 1
-            count += 1
-        else:
-            parts[largest] = ~first[node]
+    parts[0], shares[0], count, done = whole, LANES, 1, 0
+    while done < count:
+        node, share = parts[done], shares[done]
+        if node < 0:
+            done += 1
+        elif child[node] < 0 and (share > 1 or entries[node] == 1):
+            parts[done] = ~first[node]
             if entries[node] == 2:
                 parts[count] = ~(first[node] + 1)
                 count += 1
+        elif child[node] >= 0 and share > 1:
+            parts[done], shares[done] = child[node], left[node, share]
+            parts[count], shares[count] = child[node] + 1, share - left[node, share]
+            count += 1
+        else:
+            done += 1
     return count
 
 
@@ -51,19 +69,21 @@ def plan_lanes(child, first, entries, half, source, link, used):
     Out: source (n, 8) the binary node of each slot, or ~entry of its triangle; link (n, 8) its node, or ~entry; used
     (n,) slots per node. Room for n = t + 1 nodes suffices for t triangles. Leaves hold one or two triangles.
     """
-    parts = np.empty(LANES, np.int64)
+    cost, left = np.empty((len(child), LANES + 1)), np.empty((len(child), LANES + 1), np.int64)
+    parts, shares = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    _costs(child, entries, half, cost, left)
     source[0, 0], used[0] = 0, 1
+    if child[0] < 0 and entries[0] == 1:
+        source[0, 0] = ~first[0]
     node, nodes = 0, 1
     while node < nodes:
         for lane in range(used[node]):
             whole = source[node, lane]
-            if whole >= 0 and child[whole] < 0 and entries[whole] == 1:
-                whole = source[node, lane] = ~first[whole]
             if whole < 0:
                 link[node, lane] = whole
                 continue
             link[node, lane] = nodes
-            used[nodes] = _parts(child, first, entries, half, whole, parts)
+            used[nodes] = _parts(child, first, entries, left, whole, parts, shares)
             for k in range(used[nodes]):
                 source[nodes, k] = parts[k]
             nodes += 1

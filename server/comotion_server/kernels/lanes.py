@@ -38,12 +38,13 @@ def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
 
 
 @jit
-def box_bounds(block, box, normal, bounds):
-    """Lower bounds (8,) of the distance of one box to eight: fifteen separating axes, and along the unit `normal`.
+def box_bounds(blocks, node, box, normals, side, bounds):
+    """Lower bounds (8,) of the distance of one box to eight: fifteen separating axes, and along a unit normal.
 
-    box (16,): centre, axes, half, in the frame of the eight; normal (3,): from the one to the eight.
+    blocks[node] holds the eight; box (16,): centre, axes, half, in the frame of the eight; normals[side] (3,): from the
+    one to the eight. Arrays are passed whole: a slice of one would cost as much as the arithmetic.
     """
-    n0, n1, n2 = normal[0], normal[1], normal[2]
+    n0, n1, n2 = normals[side, 0], normals[side, 1], normals[side, 2]
     bx, by, bz = box[0], box[1], box[2]
     e0, e1, e2 = box[3], box[4], box[5]
     f0, f1, f2 = box[6], box[7], box[8]
@@ -51,12 +52,12 @@ def box_bounds(block, box, normal, bounds):
     u, v, w = box[12], box[13], box[14]
     reach = u * abs(e0 * n0 + e1 * n1 + e2 * n2)
     reach += v * abs(f0 * n0 + f1 * n1 + f2 * n2) + w * abs(g0 * n0 + g1 * n1 + g2 * n2)
-    for l in range(block.shape[1]):
-        x, y, z = bx - block[0, l], by - block[1, l], bz - block[2, l]
-        h0, h1, h2 = block[3, l], block[4, l], block[5, l]
-        i0, i1, i2 = block[6, l], block[7, l], block[8, l]
-        j0, j1, j2 = block[9, l], block[10, l], block[11, l]
-        p, q, r = block[12, l], block[13, l], block[14, l]
+    for l in range(blocks.shape[2]):
+        x, y, z = bx - blocks[node, 0, l], by - blocks[node, 1, l], bz - blocks[node, 2, l]
+        h0, h1, h2 = blocks[node, 3, l], blocks[node, 4, l], blocks[node, 5, l]
+        i0, i1, i2 = blocks[node, 6, l], blocks[node, 7, l], blocks[node, 8, l]
+        j0, j1, j2 = blocks[node, 9, l], blocks[node, 10, l], blocks[node, 11, l]
+        p, q, r = blocks[node, 12, l], blocks[node, 13, l], blocks[node, 14, l]
         along = p * abs(h0 * n0 + h1 * n1 + h2 * n2)
         along += q * abs(i0 * n0 + i1 * n1 + i2 * n2) + r * abs(j0 * n0 + j1 * n1 + j2 * n2)
         gap = -(n0 * x + n1 * y + n2 * z) - along - reach

@@ -17,14 +17,15 @@ from math import inf
 import numpy as np
 
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.lanes import AXES, CORNERS, HALF, LANES, box_bounds
 from comotion_server.kernels.lane_tree import SIZE
+from comotion_server.kernels.lanes import AXES, HALF, LANES, box_bounds
 from comotion_server.kernels.triangle_distance import triangle_points
 from comotion_server.kernels.triangle_lanes import triangle_bounds
-from comotion_server.kernels.vectors import ZERO, add, along, rotated, rotated_back, row, scaled, sub, unit
+from comotion_server.kernels.vectors import ZERO, add, along, rotated, rotated_back, row, scaled, sub
 
 STACK = 1024  # pairs; seven are left behind per level of both trees, which have at most 48 + log2(triangles) levels
 TO_A, TO_B = 0, 1  # rows of `turns` and `towards`
+BOX_TURNS, TRIANGLE_TURNS, FULL_PAIRS = 0, 1, 2  # of what a walk counts
 SLACK = 2e-15  # of the bodies' sizes: rounding of a bound or a distance; surfaces nearer than this touch
 
 
@@ -58,11 +59,16 @@ def corners_moved(m, triangle, R, t):
 
 
 @jit
-def _triangle_pair(m, triangle_a, triangle_b, R, t):
+def _triangle_pair(vertices, triangles, triangle_a, triangle_b, R, t):
     """`best` of one pair of triangles."""
-    a0, a1, a2 = corners(m, triangle_a)
-    b0, b1, b2 = corners_moved(m, triangle_b, R, t)
-    distance, p, q, n = triangle_points(a0, a1, a2, b0, b1, b2)
+    a, b, c = triangles[triangle_a, 0], triangles[triangle_a, 1], triangles[triangle_a, 2]
+    d, e, f = triangles[triangle_b, 0], triangles[triangle_b, 1], triangles[triangle_b, 2]
+    b0, b1, b2 = (
+        add(rotated(R, row(vertices, d)), t),
+        add(rotated(R, row(vertices, e)), t),
+        add(rotated(R, row(vertices, f)), t),
+    )
+    distance, p, q, n = triangle_points(row(vertices, a), row(vertices, b), row(vertices, c), b0, b1, b2)
     return distance, p, q, n, triangle_a, triangle_b
 
 
@@ -81,7 +87,10 @@ def _touching(best):
 
 @jit
 def work_space():
-    """What a walk writes to: slots (STACK, 2), their bounds (STACK,), turns, towards, box, corners, two bounds (8,)."""
+    """What a walk writes to: slots (STACK, 2), their bounds (STACK,), turns, towards, box, corners, two bounds (8,).
+
+    And counts (3,): boxes against nodes, triangles against nodes, pairs of triangles in full.
+    """
     return (
         np.empty((STACK, 2), np.int64),
         np.empty(STACK),
@@ -91,6 +100,7 @@ def work_space():
         np.empty(9),
         np.empty(LANES),
         np.empty(LANES),
+        np.zeros(3, np.int64),
     )
 
 
@@ -113,11 +123,11 @@ def _set_towards(n, turns, towards):
 
 
 @jit
-def _turn_box(boxes, slot, turn, box):
-    """The box (16,) of a slot in the other body's frame; turn (3, 4)."""
+def _turn_box(boxes, slot, turns, side, box):
+    """The box (16,) of a slot in the other body's frame."""
     for i in range(3):
-        x, y, z = turn[i, 0], turn[i, 1], turn[i, 2]
-        box[i] = x * boxes[slot, 0] + y * boxes[slot, 1] + z * boxes[slot, 2] + turn[i, 3]
+        x, y, z = turns[side, i, 0], turns[side, i, 1], turns[side, i, 2]
+        box[i] = x * boxes[slot, 0] + y * boxes[slot, 1] + z * boxes[slot, 2] + turns[side, i, 3]
         for k in range(3):
             axis = AXES + 3 * k
             box[axis + i] = x * boxes[slot, axis] + y * boxes[slot, axis + 1] + z * boxes[slot, axis + 2]
@@ -125,14 +135,13 @@ def _turn_box(boxes, slot, turn, box):
 
 
 @jit
-def _turn_corners(vertices, triangles, triangle, turn, corners):
-    """The corners (9,) of a triangle in the other body's frame; turn (3, 4)."""
+def _turn_corners(vertices, triangles, triangle, turns, side, corners):
+    """The corners (9,) of a triangle in the other body's frame."""
     for c in range(3):
         v = triangles[triangle, c]
         for i in range(3):
-            corners[3 * c + i] = (
-                turn[i, 0] * vertices[v, 0] + turn[i, 1] * vertices[v, 1] + turn[i, 2] * vertices[v, 2] + turn[i, 3]
-            )
+            x, y, z = turns[side, i, 0], turns[side, i, 1], turns[side, i, 2]
+            corners[3 * c + i] = x * vertices[v, 0] + y * vertices[v, 1] + z * vertices[v, 2] + turns[side, i, 3]
 
 
 @jit
@@ -157,6 +166,39 @@ def _nearest(bounds, used, limit):
 
 
 @jit
+def _triangles_below(vertices, triangles, link, blocks, below, used, one, below_a, R, t, room, reach, slack, found):
+    """(lower bound of what was passed over, best) after one triangle against those below a node, the nearest first.
+
+    one: the triangle; below_a: whether the node is of body a; room: the triangle's corners turned to the node's frame,
+    bounds of what to look at, work space, counts; found: (lower bound, best) before.
+    """
+    lower, best = found
+    corners_one, bounds, narrower, counts = room
+    counts[TRIANGLE_TURNS] += 1
+    triangle_bounds(blocks, below, corners_one, narrower)
+    for l in range(used):
+        bounds[l] = max(bounds[l], narrower[l])
+    lane = _nearest(bounds, used, inf)
+    while lane >= 0:
+        limit = _worth(reach, slack, best[0])
+        if bounds[lane] >= limit:
+            return min(lower, bounds[lane]), best
+        bounds[lane] = inf
+        counts[FULL_PAIRS] += 1
+        other = ~link[LANES * below + lane]
+        triangle_a, triangle_b = (other, one) if below_a else (one, other)
+        pair = _triangle_pair(vertices, triangles, triangle_a, triangle_b, R, t)
+        if pair[0] < best[0]:
+            best = pair
+            if best[0] <= slack:
+                return lower, best
+        elif pair[0] >= limit:
+            lower = min(lower, pair[0])
+        lane = _nearest(bounds, used, inf)
+    return lower, best
+
+
+@jit
 def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work):
     """`best` of two meshes, exact if its distance is below `reach` [m].
 
@@ -165,18 +207,18 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work)
     `work_space`. A distance 0 ends the walk: the triangles intersect.
     """
     vertices, triangles, boxes, blocks, link, used = m.vertices, m.triangles, m.box, m.block, m.link, m.used
-    slots, gaps, turns, towards, box, corners_one, bounds, pair_bounds = work
+    slots, gaps, turns, towards, box, corners_one, bounds, pair_bounds, counts = work
     slack = SLACK * (m.size[shape_a] + m.size[shape_b])
-    slots[0, 0], slots[0, 1], gaps[0] = m.top[shape_a], m.top[shape_b], -inf
-    _set_turns(R, t, turns)
     if witness_a < 0 or witness_b < 0:
         witness_a, witness_b = m.triangle_start[shape_a], m.triangle_start[shape_b]
-    best = _triangle_pair(m, witness_a, witness_b, R, t)
+    best = _triangle_pair(vertices, triangles, witness_a, witness_b, R, t)
     if not best[0] > slack:
         return _touching(best)
-    limit = _worth(reach, slack, best[0])
+    counts[FULL_PAIRS] += 1
+    _set_turns(R, t, turns)
     _set_towards(best[3], turns, towards)
-    lower, height = inf, 1
+    limit, lower, height = _worth(reach, slack, best[0]), inf, 1
+    slots[0, 0], slots[0, 1], gaps[0] = m.top[shape_a], m.top[shape_b], -inf
     while height > 0:
         height -= 1
         slot_a, slot_b, gap = slots[height, 0], slots[height, 1], gaps[height]
@@ -184,12 +226,13 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work)
             lower = min(lower, gap)
             continue
         link_a, link_b = link[slot_a], link[slot_b]
+        if link_a < 0 and link_b < 0:  # two meshes of one triangle each: theirs was the first pair
+            continue
         below_a = link_b < 0 or (link_a >= 0 and boxes[slot_a, SIZE] >= boxes[slot_b, SIZE])
         side, one, below = (TO_A, slot_b, link_a) if below_a else (TO_B, slot_a, link_b)
-        if link_a < 0 and link_b < 0:  # two meshes of one triangle each: theirs is the first pair
-            continue
-        _turn_box(boxes, one, turns[side], box)
-        box_bounds(blocks[below], box, towards[side], bounds)
+        _turn_box(boxes, one, turns, side, box)
+        box_bounds(blocks, below, box, towards, side, bounds)
+        counts[BOX_TURNS] += 1
         bottom, pairs_left = height, False
         for l in range(used[below]):
             slot, bound = LANES * below + l, max(bounds[l], gap)
@@ -202,30 +245,18 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work)
                 height = _push(slots, gaps, height, bottom, slot, slot_b, bound)
             else:
                 height = _push(slots, gaps, height, bottom, slot_a, slot, bound)
-        if not pairs_left:
-            continue
-        _turn_corners(vertices, triangles, ~link[one], turns[side], corners_one)
-        triangle_bounds(blocks[below], corners_one, bounds)
-        for l in range(used[below]):
-            pair_bounds[l] = max(pair_bounds[l], bounds[l])
-        lane = _nearest(pair_bounds, used[below], inf)
-        while lane >= 0:
-            if pair_bounds[lane] >= limit:
-                lower = min(lower, pair_bounds[lane])
-                break
-            pair_bounds[lane] = inf
-            slot = LANES * below + lane
-            triangle_a, triangle_b = (~link[slot], ~link[one]) if below_a else (~link[one], ~link[slot])
-            other = _triangle_pair(m, triangle_a, triangle_b, R, t)
-            if other[0] < best[0]:
-                best = other
-                if best[0] <= slack:
-                    return _touching(best)
+        if pairs_left:
+            before, triangle, room = best[0], ~link[one], (corners_one, pair_bounds, bounds, counts)
+            _turn_corners(vertices, triangles, triangle, turns, side, corners_one)
+            lower, best = _triangles_below(
+                vertices, triangles, link, blocks, below, used[below], triangle, below_a, R, t,
+                room, reach, slack, (lower, best),
+            )  # fmt: skip
+            if best[0] <= slack:
+                return _touching(best)
+            if best[0] < before:
                 limit = _worth(reach, slack, best[0])
                 _set_towards(best[3], turns, towards)
-            elif other[0] >= limit:
-                lower = min(lower, other[0])
-            lane = _nearest(pair_bounds, used[below], inf)
     if best[0] < reach:
         return best
     return min(best[0], lower), best[1], best[2], best[3], best[4], best[5]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comotion_server.kernels.hierarchy import build_hierarchy
-from comotion_server.kernels.lane_tree import fill_lanes, plan_lanes
-from comotion_server.kernels.lanes import LANES, ROWS
+from comotion_server.kernels.lanes import LANES
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.topology import build_normals, build_sharp, build_stars
+from comotion_server.meshes.mesh_tree import binary_tree, lane_tree
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,17 +54,14 @@ def _prepared(mesh: TriangleMesh) -> MeshArrays:
     """The arrays of one mesh alone."""
     vertices = np.array(mesh.vertices, dtype=np.float64, order="C")
     triangles = np.array(mesh.triangles, dtype=np.int64, order="C")
-    count, room = len(triangles), 2 * len(triangles) - 1
+    count = len(triangles)
     normals, sharp = np.empty((count, 3)), np.empty((count, 3), np.uint8)
     star_start, star = np.empty(len(vertices) + 1, np.int64), np.empty(3 * count, np.int64)
     build_normals(vertices, triangles, normals)
     build_stars(triangles, star_start, star)
     build_sharp(triangles, normals, star_start, star, sharp)
-    centre, axes, half = np.empty((room, 3)), np.empty((room, 3, 3)), np.empty((room, 3))
-    child, first, number = (np.empty(room, np.int64) for _ in range(3))
-    leaf_triangles = np.empty(count, np.int64)
-    nodes = build_hierarchy(vertices, triangles, leaf_triangles, centre, axes, half, child, first, number)
-    link, used, box, block = _lanes(vertices, triangles, leaf_triangles, centre, axes, half, child, first, number)
+    binary = binary_tree(vertices, triangles)
+    lanes = lane_tree(vertices, triangles, binary)
     return MeshArrays(
         vertices=vertices,
         triangles=triangles,
@@ -76,39 +72,11 @@ def _prepared(mesh: TriangleMesh) -> MeshArrays:
         vertex_start=np.array([0, len(vertices)], dtype=np.int64),
         triangle_start=np.array([0, count], dtype=np.int64),
         root=np.zeros(1, np.int64),
-        centre=centre[:nodes],
-        axes=axes[:nodes],
-        half=half[:nodes],
-        child=child[:nodes],
-        first=first[:nodes],
-        entries=number[:nodes],
-        leaf_triangles=leaf_triangles,
+        **binary._asdict(),
         top=np.zeros(1, np.int64),
-        used=used,
-        link=link,
-        box=box,
-        block=block,
+        **lanes._asdict(),
         size=np.array([mesh.size]),
     )
-
-
-def _lanes(
-    vertices: npt.NDArray[np.float64],
-    triangles: npt.NDArray[np.int64],
-    order: npt.NDArray[np.int64],
-    centre: npt.NDArray[np.float64],
-    axes: npt.NDArray[np.float64],
-    half: npt.NDArray[np.float64],
-    *nodes: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[Any], ...]:
-    """The binary tree regrouped into nodes of eight: link, used, box, block of MeshArrays."""
-    source, link = np.zeros((len(order) + 1, LANES), np.int64), np.zeros((len(order) + 1, LANES), np.int64)
-    used = np.empty(len(order) + 1, np.int64)
-    count = plan_lanes(*nodes, half, source, link, used)
-    link, used = link[:count], used[:count].copy()
-    block, box = np.empty((count, ROWS, LANES)), np.zeros((LANES * count, 16))
-    fill_lanes(vertices, triangles, order, centre, axes, half, source[:count], link, used, block, box)
-    return link.ravel().copy(), used, box, block
 
 
 def _starts(counts: Sequence[int]) -> npt.NDArray[np.int64]:
