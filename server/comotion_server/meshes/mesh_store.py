@@ -47,10 +47,10 @@ class MeshStore:
                 shapes[id(mesh)] = len(distinct)
                 distinct.append(mesh)
         shape_of_mesh = np.array([shapes[id(mesh)] for mesh in meshes], dtype=np.int64)
-        return cls(_joined([_prepared(mesh) for mesh in distinct]), shape_of_mesh)
+        return cls(joined([prepared(mesh) for mesh in distinct]), shape_of_mesh)
 
 
-def _prepared(mesh: TriangleMesh) -> MeshArrays:
+def prepared(mesh: TriangleMesh) -> MeshArrays:
     """The arrays of one mesh alone."""
     vertices = np.array(mesh.vertices, dtype=np.float64, order="C")
     triangles = np.array(mesh.triangles, dtype=np.int64, order="C")
@@ -84,7 +84,7 @@ def _starts(counts: Sequence[int]) -> npt.NDArray[np.int64]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
+def joined(parts: Sequence[MeshArrays]) -> MeshArrays:
     """One bundle from the bundles of single shapes, their indices shifted to count over all shapes."""
     vertex_start = _starts([len(part.vertices) for part in parts])
     triangle_start = _starts([len(part.triangles) for part in parts])
