@@ -9,7 +9,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.closeness import measure, pairs_in_reach, speed_bounds
+from comotion_server.kernels.broad_phase import pairs_in_reach
+from comotion_server.kernels.closeness import measure, speed_bounds
 from comotion_server.kernels.mesh_pair import closest_points_of_pairs
 from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.meshes.mesh_store import MeshStore
