@@ -105,7 +105,7 @@ def pair_impact(
             n = touch.normal
         steps += 1
         horizon = end - now
-        step = safe_time(n, c, relative, limits_of(c, relative, spin_a, spin_b, horizon), target, horizon)
+        step = safe_time(n, c, limits_of(c, relative, spin_a, spin_b, horizon), target, horizon)
         if step >= horizon:
             return FREE, end, NO_TOUCH, steps
         if not now + step > now:

@@ -13,9 +13,11 @@ from typing import NamedTuple
 
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.motion_bounds import Spin, first_root
-from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, scaled, sub
+from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, scaled, sub, unit
 
 LEVEL = 1e-12  # sine of the angle of two edges below which their product is no direction
+UPRIGHT = 0.1  # cosine below which a direction may have been meant to be normal to an edge
+WORTH = 0.2  # of the target: a direction along which the gap is smaller does not count, it might be rounding alone
 AHEAD = 1.5  # times the first guess of a safe time: the window that it is then proven for
 
 Vector = tuple[float, float, float]
@@ -163,13 +165,14 @@ def _at(line, s):
 def direction_time(n, m, c, limits, target, horizon):
     """For how long [s] the direction n, turning at the rate m, keeps two triangles apart; at most `horizon`.
 
-    n: unit vector in the axes of a; its sense is chosen here. Zero where it does not separate them now.
+    n: unit vector in the axes of a; its sense is chosen here. Zero where it does not separate them clearly.
     """
     gap = min(dot(n, c.b[0]), dot(n, c.b[1]), dot(n, c.b[2])) - max(dot(n, c.a[0]), dot(n, c.a[1]), dot(n, c.a[2]))
-    if gap <= 0.0:
+    least = WORTH * target
+    if gap <= least:
         n, m = scaled(n, -1.0), scaled(m, -1.0)
         gap = min(dot(n, c.b[0]), dot(n, c.b[1]), dot(n, c.b[2])) - max(dot(n, c.a[0]), dot(n, c.a[1]), dot(n, c.a[2]))
-        if gap <= 0.0:
+        if gap <= least:
             return 0.0
     turning = dot(m, m)
     a0 = _line(n, m, turning, c.a[0], c.velocity_a[0], c.bend_a[0])
@@ -191,54 +194,71 @@ def direction_time(n, m, c, limits, target, horizon):
 
 
 @jit
-def _face_time(spin, u, v, c, limits, target, horizon):
-    """Of the normal of a face with edges u, v that turns with its body, and fixed."""
+def _product_time(u, v, du, dv, least, c, limits, target, horizon):
+    """Of the product of two edges u, v that change at the rates du, dv, turning with it, and fixed.
+
+    Nothing where the sine between the edges is not above `least`.
+    """
     normal = cross(u, v)
     size = length(normal)
-    if not size > 0.0:
+    if not size > least * sqrt(dot(u, u) * dot(v, v)):
         return 0.0
     n = scaled(normal, 1.0 / size)
-    safe = direction_time(n, cross(spin, n), c, limits, target, horizon)
+    change = scaled(add(cross(du, v), cross(u, dv)), 1.0 / size)
+    safe = direction_time(n, along(change, -dot(n, change), n), c, limits, target, horizon)
     if safe < horizon:
         safe = max(safe, direction_time(n, ZERO, c, limits, target, horizon))
     return safe
 
 
 @jit
-def _edges_time(spin_a, spin_b, u, v, c, limits, target, horizon):
-    """Of the common normal of two edges u of a, v of b, turning with both, and fixed."""
-    normal = cross(u, v)
-    size = length(normal)
-    if not size > LEVEL * sqrt(dot(u, u) * dot(v, v)):
-        return 0.0
-    n = scaled(normal, 1.0 / size)
-    change = scaled(add(cross(cross(spin_a, u), v), cross(u, cross(spin_b, v))), 1.0 / size)
-    m = along(change, -dot(n, change), n)
-    safe = direction_time(n, m, c, limits, target, horizon)
-    if safe < horizon:
-        safe = max(safe, direction_time(n, ZERO, c, limits, target, horizon))
+def _face_time(points, velocities, c, limits, target, horizon):
+    """Of the normal of a face."""
+    u, v = sub(points[1], points[0]), sub(points[2], points[0])
+    du, dv = sub(velocities[1], velocities[0]), sub(velocities[2], velocities[0])
+    return _product_time(u, v, du, dv, 0.0, c, limits, target, horizon)
+
+
+@jit
+def _beside_time(n, points, velocities, c, limits, target, horizon):
+    """Of the direction n made normal to an edge of one triangle, and turning so that it stays so.
+
+    It is what keeps a corner beside an edge: of coplanar triangles neither face nor product of edges does. The
+    direction between two points as close as the tolerance has lost digits, which an edge's length brings to light.
+    """
+    safe = 0.0
+    for i in range(3):
+        e, de = sub(points[(i + 1) % 3], points[i]), sub(velocities[(i + 1) % 3], velocities[i])
+        square, slope = dot(e, e), dot(n, e)
+        if square > 0.0 and slope * slope <= UPRIGHT * UPRIGHT * square:
+            upright = along(n, -slope / square, e)
+            upright = unit(along(upright, -dot(upright, e) / square, e))
+            change = scaled(e, -dot(upright, de) / square)
+            m = along(change, -dot(upright, change), upright)
+            safe = max(safe, direction_time(upright, m, c, limits, target, horizon))
     return safe
 
 
 @jit
-def safe_time(n, c, relative, limits, target, horizon):
+def safe_time(n, c, limits, target, horizon):
     """The best of many directions: how long [s] two triangles are surely apart, at most `horizon`.
 
-    n: the direction between their closest points. Tried are n fixed, the face normals and the nine products of edges.
+    n: the direction between their closest points. Tried are n fixed, the face normals, the nine products of edges, and
+    n turning with an edge.
     """
     safe = direction_time(n, ZERO, c, limits, target, horizon)
-    if safe >= horizon:
-        return safe
-    a, b = c.a, c.b
-    wa, wb = relative.spin_a, relative.spin_b
-    safe = max(safe, _face_time(wa, sub(a[1], a[0]), sub(a[2], a[0]), c, limits, target, horizon))
-    if safe >= horizon:
-        return safe
-    safe = max(safe, _face_time(wb, sub(b[1], b[0]), sub(b[2], b[0]), c, limits, target, horizon))
+    if safe < horizon:
+        safe = max(safe, _face_time(c.a, c.velocity_a, c, limits, target, horizon))
+    if safe < horizon:
+        safe = max(safe, _face_time(c.b, c.velocity_b, c, limits, target, horizon))
     for i in range(3):
-        u = sub(a[(i + 1) % 3], a[i])
+        u, du = sub(c.a[(i + 1) % 3], c.a[i]), sub(c.velocity_a[(i + 1) % 3], c.velocity_a[i])
         for j in range(3):
             if safe >= horizon:
                 return safe
-            safe = max(safe, _edges_time(wa, wb, u, sub(b[(j + 1) % 3], b[j]), c, limits, target, horizon))
-    return safe if safe < inf else horizon
+            v, dv = sub(c.b[(j + 1) % 3], c.b[j]), sub(c.velocity_b[(j + 1) % 3], c.velocity_b[j])
+            safe = max(safe, _product_time(u, v, du, dv, LEVEL, c, limits, target, horizon))
+    if safe < horizon:
+        safe = max(safe, _beside_time(n, c.a, c.velocity_a, c, limits, target, horizon))
+        safe = max(safe, _beside_time(n, c.b, c.velocity_b, c, limits, target, horizon))
+    return safe
