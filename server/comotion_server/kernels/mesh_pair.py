@@ -263,10 +263,10 @@ def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work)
 
 
 @jit
-def closest_points_of_pairs(
-    m, shape_of_body, positions, rotations, pairs, reach, witness, distance, point_a, point_b, normal
+def closest_points_of_rows(
+    rows, m, shape_of_body, positions, rotations, pairs, reach, witness, distance, point_a, point_b, normal
 ):
-    """Distance and closest points of many pairs of bodies (P6).
+    """Distance and closest points of some pairs of bodies (P6), those in `rows`; other rows stay as they are.
 
     m: MeshArrays; shape_of_body (bodies,) int64; positions (bodies, 3) [m]; rotations (bodies, 3, 3) body to world;
     pairs (k, 2) int64 body indices; reach (k,) [m]: the result is exact if the distance is below it (inf: always).
@@ -278,7 +278,7 @@ def closest_points_of_pairs(
     points, normal and witness belong to some pair of triangles, good to start from.
     """
     work, R = work_space(), np.empty((3, 3))
-    for k in range(len(pairs)):
+    for k in rows:
         a, b = pairs[k, 0], pairs[k, 1]
         shape_a, shape_b = shape_of_body[a], shape_of_body[b]
         start_a, start_b = m.triangle_start[shape_a], m.triangle_start[shape_b]
@@ -293,3 +293,14 @@ def closest_points_of_pairs(
         point_b[k] = along(row(positions, a), 1.0, rotated(rotations[a], q))
         normal[k] = rotated(rotations[a], n)
         witness[k, 0], witness[k, 1] = i - start_a, j - start_b
+
+
+@jit
+def closest_points_of_pairs(
+    m, shape_of_body, positions, rotations, pairs, reach, witness, distance, point_a, point_b, normal
+):
+    """As `closest_points_of_rows`, for all pairs."""
+    rows = np.arange(len(pairs))
+    closest_points_of_rows(
+        rows, m, shape_of_body, positions, rotations, pairs, reach, witness, distance, point_a, point_b, normal
+    )
