@@ -2,7 +2,8 @@
 
 A pair is kept while the bounding spheres of its bodies may meet before the step ends. Speeds are bounded with some
 room; only when an impact makes a body faster than its bound is the table made again. A pair found far apart is asked
-for its distance again only when the two bodies have moved, relative to each other, by what it had to spare.
+for its distance again only when the two bodies have moved, relative to each other, by what it had to spare. If they
+cannot do that before the step ends, the pair is out of play: nobody asks where its bodies are on the way.
 """
 
 from typing import NamedTuple, Self
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from comotion_server.kernels.broad_phase import pairs_in_reach
 from comotion_server.kernels.closeness import measure, speed_bounds
-from comotion_server.kernels.motion_budget import note_asked, pairs_to_ask
+from comotion_server.kernels.motion_budget import bounds_left, note_asked
 from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.meshes.mesh_store import MeshStore
 from comotion_server.pair_threads import PairThreads
@@ -86,13 +87,15 @@ class PairTable:
         self._threads = PairThreads()
         self._bound = np.zeros(world.body_count)  # of the speed of any point of each body [m/s]
         self._reach = np.zeros(world.body_count)  # how far its points may come [m]
+        self._floor = np.empty(0)  # (k,) of the distance until the step ends [m]
+        self.bodies_in_play = np.empty(0, dtype=np.int64)  # rows of those that some pair in play needs to have advanced
 
     def checkpoint(self) -> tuple[NDArray[np.int64], LastApart]:
         """The pairs and what is remembered of them."""
         return self.pairs.copy(), self.last.copy()
 
     def restore(self, kept: tuple[NDArray[np.int64], LastApart]) -> None:
-        """Goes back to a checkpoint."""
+        """Goes back to a checkpoint; the next step begins with `refresh`."""
         self.pairs, self.last = kept[0].copy(), kept[1].copy()
 
     def set_clock_back(self, seconds: float) -> None:
@@ -112,6 +115,22 @@ class PairTable:
             pairs = np.empty((count, 2), dtype=np.int64)
             pairs_in_reach(*arguments, pairs)
         self._take_over(pairs[:count].copy())
+        self._floor = self._bounds_left(self._bound * (end - now))
+        in_play = self.pairs[self._floor < self._pair_reach()]
+        self.bodies_in_play = np.unique(in_play)
+
+    def _pair_reach(self) -> Array:
+        """Distance (k,) [m] from which on a pair cannot come within the tolerance in the time looked ahead."""
+        gap_allowed = self.world.scene.collisions.tolerance * self.smaller_size
+        reach: Array = self._reach[self.pairs[:, 0]] + self._reach[self.pairs[:, 1]] + 2.0 * gap_allowed
+        return reach
+
+    def _bounds_left(self, motion: Array) -> Array:
+        """Proven lower bounds (k,) of the distances after a `motion` (n,) [m] of the bodies from where they are."""
+        state, last, left = self.world.state, self.last, np.empty(len(self.pairs))
+        known = last.bound, last.turn, last.offset
+        bounds_left(self.pairs, state.position, state.rotation, self.radius, *known, motion, left)
+        return left
 
     def _take_over(self, pairs: NDArray[np.int64]) -> None:
         """Replaces the pairs; rows that stay keep what is remembered of them."""
@@ -143,7 +162,7 @@ class PairTable:
         x, v, R, _, w = world.state.arrays
         count = len(pairs)
         gap_allowed = tolerance * self.smaller_size
-        reach = self._reach[pairs[:, 0]] + self._reach[pairs[:, 1]] + 2.0 * gap_allowed
+        reach = self._pair_reach()
         distance, approach = np.empty(count), np.empty(count)
         p, q, n = (np.zeros((count, 3)) for _ in range(3))
         self._ask(reach, distance, p, q, n)
@@ -156,14 +175,15 @@ class PairTable:
         A pair that must be beyond its reach, as little as it has moved, is not asked: it gets a bound, and no points.
         """
         x, R, last = self.world.state.position, self.world.state.rotation, self.last
-        rows = np.empty(len(self.pairs), dtype=np.int64)
-        known = last.bound, last.turn, last.offset
-        rows = rows[: pairs_to_ask(self.pairs, x, R, self.radius, reach, *known, distance, rows)]
+        # bodies out of play have not been advanced: what is left by their present poses is not to be looked at
+        in_play = self._floor < reach
+        distance[:] = np.where(in_play, self._bounds_left(np.zeros(self.world.body_count)), self._floor)
+        rows = np.flatnonzero(in_play & ~(distance >= reach))
         self._threads.closest_points(
             rows, self.store.arrays, self.shape_of_body, x, R, self.pairs, FURTHER * reach, last.witness,
             distance, p, q, n,
         )  # fmt: skip
-        note_asked(rows, self.pairs, x, R, distance, *known)
+        note_asked(rows, self.pairs, x, R, distance, last.bound, last.turn, last.offset)
 
     def overlap_depth(self, k: int, normal: Array) -> float:
         """Depth [m] of an intersecting pair along the normal (3,) of its last state apart (P8)."""

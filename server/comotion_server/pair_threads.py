@@ -2,11 +2,13 @@
 
 The kernel runs without Python's lock, so plain threads share the rows: no second compilation and no thread library
 under the server. Each pair is answered on its own, so the number of threads does not change a bit of the result. Few
-pairs stay on the calling thread.
+pairs stay on the calling thread, which always works along: where the other processors are busy, it does most itself.
 """
 
 import os
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -41,7 +43,16 @@ class PairThreads:
             closest_points_of_rows(rows, *arguments)
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self.count, "comotion-pairs")
-        shares = np.array_split(rows, self.count * SHARES)
-        for _ in self._pool.map(lambda share: closest_points_of_rows(share, *arguments), shares):
-            pass
+            self._pool = ThreadPoolExecutor(self.count - 1, "comotion-pairs")
+        shares = deque(np.array_split(rows, self.count * SHARES))
+
+        def work() -> None:
+            with suppress(IndexError):
+                while True:
+                    closest_points_of_rows(shares.popleft(), *arguments)
+
+        helpers = [self._pool.submit(work) for _ in range(self.count - 1)]
+        work()
+        for helper in helpers:
+            if not helper.cancel():  # one that has not begun is not waited for
+                helper.result()

@@ -7,7 +7,7 @@ from scenes_by_hand import free_box, scene_of
 from triangle_families import turn
 
 from comotion_server.kernels.mesh_pair import closest_points_of_pairs
-from comotion_server.kernels.motion_budget import note_asked, pairs_to_ask
+from comotion_server.kernels.motion_budget import bounds_left, note_asked
 from comotion_server.meshes import box
 from comotion_server.meshes.mesh_store import MeshStore
 from comotion_server.pair_table import PairTable
@@ -48,22 +48,17 @@ class Crowd:
         return out[1]
 
 
-def test_pairs_left_out_are_beyond_reach_and_their_bound_holds(rng):
+def test_what_is_left_of_a_bound_is_a_bound(rng):
     crowd = Crowd(rng, 20, 3.0)
     count, reach = len(crowd.pairs), np.full(len(crowd.pairs), 0.5)
     known = np.full(count, np.nan), np.zeros((count, 3, 3)), np.zeros((count, 3))
     asked = []
     for step in range(40):
-        exact, distance, rows = crowd.distances(), np.full(count, -1.0), np.empty(count, np.int64)
-        poses = crowd.pairs, crowd.x, crowd.R
-        rows = rows[: pairs_to_ask(*poses, crowd.radius, reach, *known, distance, rows)]
-        left_out = np.setdiff1d(np.arange(count), rows)
-        assert (distance[left_out] >= 0.5).all()
-        assert (distance[left_out] <= exact[left_out] + ROUNDING).all()
-        assert (distance[rows] == -1.0).all()
-        assert np.isin(np.flatnonzero(exact < 0.5), rows).all()
-        distance[rows] = exact[rows]
-        note_asked(rows, *poses, distance, *known)
+        exact, left, poses = crowd.distances(), np.empty(count), (crowd.pairs, crowd.x, crowd.R)
+        bounds_left(*poses, crowd.radius, *known, np.zeros(len(crowd.x)), left)
+        assert (left <= exact + ROUNDING).all()
+        rows = np.flatnonzero(left < reach)
+        note_asked(rows, *poses, exact, *known)
         asked.append(len(rows))
         crowd.x += 0.02 * rng.normal(size=crowd.x.shape)
         crowd.R = np.stack([small_turn(rng, 0.02) @ R for R in crowd.R])
@@ -77,12 +72,17 @@ def test_bodies_that_drift_together_are_asked_once(rng):
     crowd = Crowd(rng, 12, 4.0)
     count, reach = len(crowd.pairs), np.full(len(crowd.pairs), 1e-3)
     known = np.full(count, np.nan), np.zeros((count, 3, 3)), np.zeros((count, 3))
-    rows, distance = np.empty(count, np.int64), crowd.distances()
+    left, distance = np.empty(count), crowd.distances()
     note_asked(np.arange(count), crowd.pairs, crowd.x, crowd.R, distance, *known)
     Q = turn(rng)
     crowd.x, crowd.R = crowd.x @ Q.T + [100.0, 0.0, 0.0], Q @ crowd.R
-    asked = pairs_to_ask(crowd.pairs, crowd.x, crowd.R, crowd.radius, reach, *known, distance.copy(), rows)
-    assert asked == (distance <= 1e-3).sum()
+    bounds_left(crowd.pairs, crowd.x, crowd.R, crowd.radius, *known, np.zeros(12), left)
+    assert (left[distance > reach] >= distance[distance > reach] - ROUNDING).all()
+    motion = 0.1 * rng.random(12)
+    later = np.empty(count)
+    bounds_left(crowd.pairs, crowd.x, crowd.R, crowd.radius, *known, motion, later)
+    spent = motion[crowd.pairs].sum(axis=1)
+    np.testing.assert_allclose((left - later)[distance > 0.3], spent[distance > 0.3], atol=ROUNDING)
 
 
 def test_threads_give_the_same_bits(rng):

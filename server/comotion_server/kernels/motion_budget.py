@@ -29,32 +29,28 @@ def _moved(last_turn, last_offset, k, Q, t, radius):
 
 
 @jit
-def pairs_to_ask(pairs, x, R, radius, reach, last_bound, last_turn, last_offset, distance, rows):
-    """Rows of the pairs that may be nearer than their reach, to rows (k,); how many.
+def bounds_left(pairs, x, R, radius, last_bound, last_turn, last_offset, motion, left):
+    """What is left of the distance bound of each pair, to left (k,) [m]; minus infinity where it was never asked.
 
-    pairs (k, 2); x (n, 3), R (n, 3, 3) poses; radius (n,); reach (k,) [m]; last_bound (k,) [m] of the distance when the
-    pair was asked last, not a number if never, with b's pose seen from a then: last_turn (k, 3, 3), last_offset (k, 3).
-    Out: distance (k,) of the others, a proven lower bound not below their reach.
+    pairs (k, 2); x (n, 3), R (n, 3, 3) poses; radius (n,); last_bound (k,) [m] of the distance when the pair was asked
+    last, not a number if never, with b's pose seen from a then: last_turn (k, 3, 3), last_offset (k, 3); motion (n,)
+    [m] that the points of each body may still make from now on.
     """
-    Q, count = np.empty((3, 3)), 0
+    Q = np.empty((3, 3))
     for k in range(len(pairs)):
-        if last_bound[k] > reach[k]:
-            a, b = pairs[k, 0], pairs[k, 1]
+        a, b = pairs[k, 0], pairs[k, 1]
+        left[k] = -np.inf
+        if last_bound[k] > motion[a] + motion[b]:
             relative_rotation(R[a], R[b], Q)
             t = rotated_back(R[a], sub(row(x, b), row(x, a)))
-            left = last_bound[k] - _moved(last_turn, last_offset, k, Q, t, radius[b])
-            left -= ROUNDING * (last_bound[k] + length(t) + radius[a] + radius[b])
-            if left >= reach[k]:
-                distance[k] = left
-                continue
-        rows[count] = k
-        count += 1
-    return count
+            rounding = ROUNDING * (last_bound[k] + length(t) + radius[a] + radius[b])
+            moved = _moved(last_turn, last_offset, k, Q, t, radius[b]) + motion[a] + motion[b]
+            left[k] = last_bound[k] - moved - rounding
 
 
 @jit
 def note_asked(rows, pairs, x, R, distance, last_bound, last_turn, last_offset):
-    """Remember the distances (or bounds) and poses of the pairs that were asked: arguments as in `pairs_to_ask`."""
+    """Remember the distances (or bounds) and poses of the pairs that were asked: arguments as in `bounds_left`."""
     for i in range(len(rows)):
         k = rows[i]
         a, b = pairs[k, 0], pairs[k, 1]
