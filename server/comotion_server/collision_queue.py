@@ -87,7 +87,8 @@ class CollisionQueue:
                 if len(touching):
                     self._respond(closeness, touching, until)
                     continue
-            self._advance(self.now + queue.seconds[0] / self.settings.substeps)
+            self.now += float(queue.seconds[0] / self.settings.substeps)
+            self.world.advance_some(self.now, self.table.bodies_in_play)
         self._advance(until)
 
     def record(self) -> CollisionRecord:
@@ -138,6 +139,7 @@ class CollisionQueue:
             if respond(self.world, self.ledger, touch, self.now, self.start_time, parallel=parallel):
                 outrun |= self.table.outruns((a, b), until)
         if outrun:
+            self.world.advance(self.now)
             self.table.refresh(self.now, until)
 
     def _refuse_overlaps(self) -> None:

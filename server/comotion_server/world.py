@@ -20,6 +20,7 @@ from comotion_server.kernels.flight import (
     begin_all,
     begin_drift,
     fly_all,
+    fly_rows,
 )
 from comotion_server.quaternions import rotation_from_quaternion
 from comotion_server.scene import Body, Fixed, Free, Prescribed, Scene
@@ -127,6 +128,10 @@ class World:
     def advance(self, time: float) -> None:
         """Moves all bodies to the local `time` [s] of their flights."""
         fly_all(self.flights, self.bodies, time, *self.state.arrays)
+
+    def advance_some(self, time: float, rows: NDArray[np.int64]) -> None:
+        """Moves the bodies in `rows` (k,) alone, for as long as nothing asks where the others are."""
+        fly_rows(rows, self.flights, self.bodies, time, *self.state.arrays)
 
 
 def _thrust_of(body: Body) -> Array:

@@ -1,4 +1,4 @@
-"""Closeness of pairs (P9) and which pairs may come close at all within a step.
+"""Closeness of pairs (P9), and how fast bodies may get within a step.
 
 Legend: x, v, R, L, w state arrays; p, q closest points of a and b, world; n unit normal from a to b; reach [m].
 """
@@ -28,27 +28,6 @@ def speed_bounds(flights, bodies, end, radius, bound):
             bound[i] += radius[i] * (abs(flights.rate[i, 0]) + end * abs(flights.rate[i, 1]))
         elif flights.kind[i] != STILL:
             bound[i] += radius[i] * (sqrt(momentum) + end * sqrt(torque)) / bodies.moments[i, 0]
-
-
-@jit
-def pairs_in_reach(x, radius, reach, reacts, pairs):
-    """Pairs of bodies whose bounding spheres may meet, in order, to `pairs` (k,2); returns how many there are.
-
-    `reach` (n,) is how far each body's points may move. A pair of which neither body reacts is none. When `pairs` is
-    too small the rest is counted only.
-    """
-    count = 0
-    for a in range(x.shape[0]):
-        for b in range(a + 1, x.shape[0]):
-            if not (reacts[a] or reacts[b]):
-                continue
-            far = radius[a] + radius[b] + reach[a] + reach[b]
-            d = (x[a, 0] - x[b, 0]) ** 2 + (x[a, 1] - x[b, 1]) ** 2 + (x[a, 2] - x[b, 2]) ** 2
-            if d <= far * far:
-                if count < pairs.shape[0]:
-                    pairs[count, 0], pairs[count, 1] = a, b
-                count += 1
-    return count
 
 
 @jit

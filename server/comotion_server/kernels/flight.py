@@ -268,3 +268,10 @@ def fly_all(flights, bodies, time, x, v, R, L, w):
     """States of all bodies at local `time`: x, v, L, w (n,3) and R (n,3,3)."""
     for i in range(x.shape[0]):
         fly(flights, bodies, i, time, x[i], v[i], R[i], L[i], w[i])
+
+
+@jit
+def fly_rows(rows, flights, bodies, time, x, v, R, L, w):
+    """As `fly_all`, for the bodies in `rows` (k,) alone."""
+    for i in rows:
+        fly(flights, bodies, i, time, x[i], v[i], R[i], L[i], w[i])

@@ -29,4 +29,9 @@ class MeshArrays(NamedTuple):
     first: NDArray[np.int64]  # (n,) first entry of the node in leaf_triangles
     entries: NDArray[np.int64]  # (n,) how many entries: the node's triangles
     leaf_triangles: NDArray[np.int64]  # (t,) triangles in the order of the leaves
+    top: NDArray[np.int64]  # (shapes,) the slot that holds the whole shape: see `lane_tree`
+    used: NDArray[np.int64]  # (l,) slots in use of each node of eight
+    link: NDArray[np.int64]  # (8 l,) of each slot: the node of eight below it, or ~triangle
+    box: NDArray[np.float64]  # (8 l, 16) of each slot: centre, axes, half, and the sum of half
+    block: NDArray[np.float64]  # (l, 24, 8) of each node of eight: its boxes and triangles, side by side
     size: NDArray[np.float64]  # (shapes,) diameter of the sphere about the body's origin

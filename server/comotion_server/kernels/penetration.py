@@ -17,8 +17,8 @@ from comotion_server.kernels.boxes import box_gap, divides_a
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.mesh_pair import corners, corners_moved, relative_rotation
-from comotion_server.kernels.ray import way_out
-from comotion_server.kernels.triangle_distance import segment_parameters
+from comotion_server.kernels.ray import way_out, way_out_along
+from comotion_server.kernels.triangle_distance import segment_parameters, triangle_points
 from comotion_server.kernels.triangle_intersection import triangles_intersect
 from comotion_server.kernels.vectors import ZERO, add, along, dot, rotated, rotated_back, row, scaled, sub, unit
 
@@ -28,16 +28,28 @@ HALVINGS = 50  # of the move that separates two triangles: down to the rounding 
 
 
 @jit
-def _vertices_depth(m, shape, other, R, t, direction, stack):
-    """The deepest of the vertices of `other` inside `shape`; R and t turn them into its frame."""
-    depth = 0.0
-    for v in range(m.vertex_start[other], m.vertex_start[other + 1]):
-        depth = max(depth, way_out(m, shape, add(rotated(R, row(m.vertices, v)), t), direction, stack))
-    return depth
+def _set(points, a, b):
+    """The two points of an overlap, (2, 3)."""
+    points[0, 0], points[0, 1], points[0, 2] = a
+    points[1, 0], points[1, 1], points[1, 2] = b
 
 
 @jit
-def _edges_depth(m, shape_a, shape_b, i, j, R, t, n, depth, stack):
+def _vertices_depth(m, shape, other, R, t, direction, stack):
+    """(depth, vertex, way along the direction) of the deepest of the vertices of `other` inside `shape`.
+
+    R and t turn them into its frame.
+    """
+    depth, deepest, way = 0.0, -1, 0.0
+    for v in range(m.vertex_start[other], m.vertex_start[other + 1]):
+        found, along_ray = way_out_along(m, shape, add(rotated(R, row(m.vertices, v)), t), direction, stack)
+        if found > depth:
+            depth, deepest, way = found, v, along_ray
+    return depth, deepest, way
+
+
+@jit
+def _edges_depth(m, shape_a, shape_b, i, j, R, t, n, depth, points, stack):
     """The larger of `depth` and that of the nine edge pairs of the triangles i of body a and j of body b."""
     a, b = corners(m, i), corners_moved(m, j, R, t)
     for k in range(3):
@@ -54,6 +66,7 @@ def _edges_depth(m, shape_a, shape_b, i, j, R, t, n, depth, stack):
             in_b = rotated_back(R, sub(p, t))
             if way_out(m, shape_b, in_b, rotated_back(R, scaled(n, -1.0)), stack) >= 0.0:
                 depth = overlap
+                _set(points, p, q)
     return depth
 
 
@@ -81,9 +94,8 @@ def _move_apart(a, b, n, depth):
 
 
 @jit
-def _pairs_depth(m, shape_a, shape_b, R, t, n, way, pairs, stack):
-    """Largest depth of the intersecting triangle pairs: by their edges, or by moving each pair apart."""
-    depth = 0.0
+def _pairs_depth(m, shape_a, shape_b, R, t, n, way, depth, points, pairs, stack):
+    """The larger of `depth` and that of intersecting triangle pairs: by their edges, or by moving each pair apart."""
     pairs[0, 0], pairs[0, 1] = m.root[shape_a], m.root[shape_b]
     top = 1
     while top > 0:
@@ -103,21 +115,26 @@ def _pairs_depth(m, shape_a, shape_b, R, t, n, way, pairs, stack):
         for i in m.leaf_triangles[m.first[node_a] : m.first[node_a] + m.entries[node_a]]:
             for j in m.leaf_triangles[m.first[node_b] : m.first[node_b] + m.entries[node_b]]:
                 a, b = corners(m, i), corners_moved(m, j, R, t)
-                if not triangles_intersect(a[0], a[1], a[2], b[0], b[1], b[2]):
+                distance, common, _, _ = triangle_points(a[0], a[1], a[2], b[0], b[1], b[2])
+                if distance > 0.0:
                     continue
                 if way == BY_EDGES:
-                    depth = _edges_depth(m, shape_a, shape_b, i, j, R, t, n, depth, stack)
+                    depth = _edges_depth(m, shape_a, shape_b, i, j, R, t, n, depth, points, stack)
                 else:
-                    depth = _move_apart(a, b, n, depth)
+                    before, depth = depth, _move_apart(a, b, n, depth)
+                    if depth > before:
+                        _set(points, common, common)
     return depth
 
 
 @jit
-def overlap_depth(m, shape_a, shape_b, position_a, rotation_a, position_b, rotation_b, direction):
+def overlap(m, shape_a, shape_b, position_a, rotation_a, position_b, rotation_b, direction, points):
     """Depth [m] >= 0 of the overlap of two bodies; `direction` (3,), world: from a to b when they were last apart.
 
     m: MeshArrays of closed meshes; positions (3,) [m] and rotations (3, 3), body to world. A direction of zero (never
-    seen apart) stands for the one between the bodies' origins.
+    seen apart) stands for the one between the bodies' origins. Out: points (2, 3), world [m], of a and of b: the vertex
+    and where its ray leaves the other body, or the closest points of the two edges, or one that both bodies share; the
+    bodies' origins where the depth is zero.
     """
     stack, pairs, R = np.empty((STACK_SIZE, 2), np.int64), np.empty((STACK_SIZE, 2), np.int64), np.empty((3, 3))
     relative_rotation(rotation_a, rotation_b, R)
@@ -127,10 +144,26 @@ def overlap_depth(m, shape_a, shape_b, position_a, rotation_a, position_b, rotat
     n = unit(rotated_back(rotation_a, direction))
     if n == ZERO:
         n = unit(t) if dot(t, t) > 0.0 else (0.0, 0.0, 1.0)
-    depth = _vertices_depth(m, shape_a, shape_b, R, t, n, stack)
+    _set(points, ZERO, t)
+    depth, v, way = _vertices_depth(m, shape_a, shape_b, R, t, n, stack)
+    if v >= 0:
+        q = add(rotated(R, row(m.vertices, v)), t)
+        _set(points, along(q, way, n), q)
     inward = rotated_back(R, scaled(n, -1.0))
-    depth = max(depth, _vertices_depth(m, shape_b, shape_a, back, t_back, inward, stack))
-    depth = max(depth, _pairs_depth(m, shape_a, shape_b, R, t, n, BY_EDGES, pairs, stack))
-    if depth > FOUND * (m.size[shape_a] + m.size[shape_b]):
-        return depth
-    return _pairs_depth(m, shape_a, shape_b, R, t, n, BY_MOVES, pairs, stack)
+    other, v, way = _vertices_depth(m, shape_b, shape_a, back, t_back, inward, stack)
+    if other > depth:
+        p, depth = row(m.vertices, v), other
+        _set(points, p, along(p, -way, n))
+    depth = _pairs_depth(m, shape_a, shape_b, R, t, n, BY_EDGES, depth, points, pairs, stack)
+    if depth <= FOUND * (m.size[shape_a] + m.size[shape_b]):
+        depth = _pairs_depth(m, shape_a, shape_b, R, t, n, BY_MOVES, 0.0, points, pairs, stack)
+    for i in range(2):
+        points[i] = along(position_a, 1.0, rotated(rotation_a, points[i]))
+    return depth
+
+
+@jit
+def overlap_depth(m, shape_a, shape_b, position_a, rotation_a, position_b, rotation_b, direction):
+    """As `overlap`, without the points."""
+    points = np.empty((2, 3))
+    return overlap(m, shape_a, shape_b, position_a, rotation_a, position_b, rotation_b, direction, points)

@@ -78,8 +78,14 @@ def way_out(m, shape, p, d, stack):
 
     Everything in the body frame. Negative where p is not inside. stack (STACK_SIZE, 2) int64 is work space.
     """
+    return way_out_along(m, shape, p, d, stack)[0]
+
+
+@jit
+def way_out_along(m, shape, p, d, stack):
+    """(as `way_out`, distance [m] along the ray to where it leaves)."""
     if not _meets_box(m, m.root[shape], p, d):
-        return -1.0
+        return -1.0, 0.0
     stack[0, 0] = m.root[shape]
     top, nearest, depth, crossings, doubt = 1, inf, -1.0, 0, False
     while top > 0:
@@ -105,4 +111,4 @@ def way_out(m, shape, p, d, stack):
             if sign > 0 and distance < nearest:
                 nearest, depth = distance, to_plane
     inside = winding_number(m, shape, p) > 0.5 if doubt else crossings > 0
-    return depth if inside else -1.0
+    return (depth, nearest) if inside else (-1.0, 0.0)

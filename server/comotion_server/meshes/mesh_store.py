@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comotion_server.kernels.hierarchy import build_hierarchy
+from comotion_server.kernels.lanes import LANES
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.topology import build_normals, build_sharp, build_stars
+from comotion_server.meshes.mesh_tree import binary_tree, lane_tree
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,23 +47,21 @@ class MeshStore:
                 shapes[id(mesh)] = len(distinct)
                 distinct.append(mesh)
         shape_of_mesh = np.array([shapes[id(mesh)] for mesh in meshes], dtype=np.int64)
-        return cls(_joined([_prepared(mesh) for mesh in distinct]), shape_of_mesh)
+        return cls(joined([prepared(mesh) for mesh in distinct]), shape_of_mesh)
 
 
-def _prepared(mesh: TriangleMesh) -> MeshArrays:
+def prepared(mesh: TriangleMesh) -> MeshArrays:
     """The arrays of one mesh alone."""
     vertices = np.array(mesh.vertices, dtype=np.float64, order="C")
     triangles = np.array(mesh.triangles, dtype=np.int64, order="C")
-    count, room = len(triangles), 2 * len(triangles) - 1
+    count = len(triangles)
     normals, sharp = np.empty((count, 3)), np.empty((count, 3), np.uint8)
     star_start, star = np.empty(len(vertices) + 1, np.int64), np.empty(3 * count, np.int64)
     build_normals(vertices, triangles, normals)
     build_stars(triangles, star_start, star)
     build_sharp(triangles, normals, star_start, star, sharp)
-    centre, axes, half = np.empty((room, 3)), np.empty((room, 3, 3)), np.empty((room, 3))
-    child, first, number = (np.empty(room, np.int64) for _ in range(3))
-    leaf_triangles = np.empty(count, np.int64)
-    nodes = build_hierarchy(vertices, triangles, leaf_triangles, centre, axes, half, child, first, number)
+    binary = binary_tree(vertices, triangles)
+    lanes = lane_tree(vertices, triangles, binary)
     return MeshArrays(
         vertices=vertices,
         triangles=triangles,
@@ -73,13 +72,9 @@ def _prepared(mesh: TriangleMesh) -> MeshArrays:
         vertex_start=np.array([0, len(vertices)], dtype=np.int64),
         triangle_start=np.array([0, count], dtype=np.int64),
         root=np.zeros(1, np.int64),
-        centre=centre[:nodes],
-        axes=axes[:nodes],
-        half=half[:nodes],
-        child=child[:nodes],
-        first=first[:nodes],
-        entries=number[:nodes],
-        leaf_triangles=leaf_triangles,
+        **binary._asdict(),
+        top=np.zeros(1, np.int64),
+        **lanes._asdict(),
         size=np.array([mesh.size]),
     )
 
@@ -89,7 +84,7 @@ def _starts(counts: Sequence[int]) -> npt.NDArray[np.int64]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
+def joined(parts: Sequence[MeshArrays]) -> MeshArrays:
     """One bundle from the bundles of single shapes, their indices shifted to count over all shapes."""
     vertex_start = _starts([len(part.vertices) for part in parts])
     triangle_start = _starts([len(part.triangles) for part in parts])
@@ -103,6 +98,11 @@ def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
 
     child = shifted("child", node_start)
     child[np.concatenate([part.child for part in parts]) < 0] = -1
+    lane_start = _starts([len(part.used) for part in parts])
+    link = [
+        np.where(part.link < 0, part.link - triangle, part.link + node)  # ~(t + n) is ~t - n
+        for part, triangle, node in zip(parts, triangle_start[:-1], lane_start[:-1], strict=True)
+    ]
     star_start = [part.star_start[:-1] + 3 * shift for part, shift in zip(parts, triangle_start[:-1], strict=True)]
     return MeshArrays(
         vertices=stacked("vertices"),
@@ -121,5 +121,10 @@ def _joined(parts: Sequence[MeshArrays]) -> MeshArrays:
         first=shifted("first", triangle_start),
         entries=np.concatenate([part.entries for part in parts]),
         leaf_triangles=shifted("leaf_triangles", triangle_start),
+        top=LANES * lane_start[:-1],
+        used=np.concatenate([part.used for part in parts]),
+        link=np.concatenate(link),
+        box=stacked("box"),
+        block=stacked("block"),
         size=stacked("size"),
     )

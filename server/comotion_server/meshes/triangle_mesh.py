@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from comotion_server.meshes.mesh_errors import MeshError
 
+LARGEST = 1e15  # [m] of a coordinate; fourth and sixth powers of lengths are formed
+
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
@@ -38,8 +40,12 @@ class TriangleMesh:
         if not np.isfinite(vertices).all():
             first = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
             raise MeshError(f"vertices must be finite; vertex {first} is {vertices[first].tolist()}")
+        if np.abs(vertices).max() > LARGEST:
+            first = int(np.flatnonzero(np.abs(vertices).max(axis=1) > LARGEST)[0])
+            raise MeshError(f"vertices must lie within {LARGEST:g} m; vertex {first} is {vertices[first].tolist()}")
         if triangles.min() < 0 or triangles.max() >= len(vertices):
-            raise MeshError(f"triangles must refer to vertices 0 to {len(vertices) - 1}; got {triangles.max()}")
+            wrong = triangles.min() if triangles.min() < 0 else triangles.max()
+            raise MeshError(f"triangles must refer to vertices 0 to {len(vertices) - 1}; got {wrong}")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", np.ascontiguousarray(triangles, dtype=np.uint32))
 

@@ -1,0 +1,177 @@
+"""The first contact of two meshes within a short window: all pairs of triangles in reach, each with its own time.
+
+Pairs of boxes and of triangles farther apart than the bodies can approach within the window are passed over, likewise
+those that the direction of the closest pair keeps apart. A contact that is found shortens the window for the rest.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from comotion_server.kernels.boxes import box_gap, divides_a
+from comotion_server.kernels.flight import Bodies, Flights
+from comotion_server.kernels.hierarchy import STACK_SIZE
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.mesh_pair import corners, work_space
+from comotion_server.kernels.motion_bounds import spins_over
+from comotion_server.kernels.pair_impact import FREE, NO_TOUCH, STALLED, Touch, pair_impact
+from comotion_server.kernels.pair_impact_bounds import direction_time, limits_of, moving_corners
+from comotion_server.kernels.triangle_distance import closer_points
+from comotion_server.kernels.vectors import ZERO
+
+QUERIES, WINDOWS, PAIRS, STEPS, LONGEST, COUNTS = 0, 1, 2, 3, 4, 5  # of `counts`: what a query cost
+
+
+class Work(NamedTuple):
+    """Arrays that a query uses; nothing in them means anything before or after."""
+
+    flights: Flights  # of the two bodies
+    bodies: Bodies
+    states: tuple[np.ndarray, ...]  # x (2,3), v (2,3), R (2,3,3), L (2,3), w (2,3) of both bodies, world; (3,)
+    R: np.ndarray  # (3,3) from b's axes to a's
+    states_pair: tuple[np.ndarray, ...]  # the same for a pair of triangles on its own
+    R_pair: np.ndarray
+    nodes: np.ndarray  # (STACK_SIZE,2) int64
+    walk: tuple[np.ndarray, ...]  # of the distance
+
+
+class Window(NamedTuple):
+    """From now on: how far the bodies are told apart, and what they can do meanwhile."""
+
+    begin: float  # local time [s]
+    end: float
+    speed: float  # two points approach at no more than speed + growth s [m/s]
+    growth: float
+    tolerance: float  # [m]
+    target: float  # gap that steps aim at [m]
+
+
+class Found(NamedTuple):
+    """What a window gave: until `time` the bodies are apart; then HIT, or STALLED, or nothing."""
+
+    status: int
+    time: float  # local [s]
+    touch: Touch
+    triangle_a: int
+    triangle_b: int
+
+
+@jit
+def _states():
+    return np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 3)), np.empty((2, 3)), np.empty((2, 3)), np.empty(3)
+
+
+@jit
+def new_work():
+    """`Work`, to be used again and again."""
+    flights = Flights(
+        np.empty(2),
+        np.empty((2, 3)),
+        np.empty((2, 3)),
+        np.empty((2, 3)),
+        np.empty((2, 3, 3)),
+        np.empty((2, 3)),
+        np.empty((2, 3)),
+        np.empty((2, 3)),
+        np.empty((2, 2)),
+        np.empty(2, np.int64),
+    )
+    bodies = Bodies(
+        np.empty((2, 3)),
+        np.empty((2, 3, 3)),
+        np.empty(2, np.int64),
+        np.empty((2, 3)),
+        np.empty((2, 3)),
+        np.empty(2, np.bool_),
+    )
+    return Work(
+        flights,
+        bodies,
+        _states(),
+        np.empty((3, 3)),
+        _states(),
+        np.empty((3, 3)),
+        np.empty((STACK_SIZE, 2), np.int64),
+        work_space(),
+    )
+
+
+@jit
+def _reach(window, time):
+    """Pairs at this distance [m] or farther at the beginning are not in contact before `time`."""
+    s = time - window.begin
+    return s * (window.speed + 0.5 * window.growth * s) + window.tolerance
+
+
+@jit
+def _try_pair(m, flights, bodies, i, j, n, window, relative, spins, work, counts, found):
+    """`found`, or the contact of triangles i of a and j of b if it comes earlier; n: a direction to try first."""
+    corners_a, arms_b = corners(m, i), corners(m, j)
+    c = moving_corners(relative, work.R, corners_a, arms_b)
+    horizon = found.time - window.begin
+    limits = limits_of(c, relative, spins[0], spins[1], horizon)
+    if direction_time(n, ZERO, c, limits, window.target, horizon) >= horizon:
+        return found
+    reach = _reach(window, found.time)
+    first = closer_points(reach, c.a[0], c.a[1], c.a[2], c.b[0], c.b[1], c.b[2])
+    if first[0] >= reach:
+        return found
+    status, time, touch, steps = pair_impact(
+        flights,
+        bodies,
+        corners_a,
+        arms_b,
+        window.begin,
+        found.time,
+        first,
+        relative,
+        spins,
+        work.R,
+        window.tolerance,
+        window.target,
+        work.states_pair,
+        work.R_pair,
+    )
+    counts[PAIRS] += 1
+    counts[STEPS] += steps
+    counts[LONGEST] = max(counts[LONGEST], steps)
+    if status == FREE or (status == found.status and time >= found.time):
+        return found
+    return Found(status, time, touch, i, j)
+
+
+@jit
+def first_contact(m, flights, bodies, root_a, root_b, n, witness_a, witness_b, window, relative, work, counts):
+    """`Found` of two bodies over a window: FREE until its end, or the first contact.
+
+    n, witness_a, witness_b: direction and triangles of the closest points at its beginning; relative and work.states,
+    work.R: the motion then.
+    """
+    spins = spins_over(flights, bodies, work.states, window.end - window.begin)
+    found = Found(FREE, window.end, NO_TOUCH, witness_a, witness_b)
+    found = _try_pair(m, flights, bodies, witness_a, witness_b, n, window, relative, spins, work, counts, found)
+    nodes = work.nodes
+    nodes[0, 0], nodes[0, 1] = root_a, root_b
+    top = 1
+    while top > 0 and found.status != STALLED and found.time > window.begin:
+        top -= 1
+        node_a, node_b = nodes[top, 0], nodes[top, 1]
+        reach = _reach(window, found.time)
+        if box_gap(m, node_a, node_b, work.R, relative.offset, reach) >= reach:
+            continue
+        if m.child[node_a] < 0 and m.child[node_b] < 0:
+            for k in range(m.first[node_a], m.first[node_a] + m.entries[node_a]):
+                i = m.leaf_triangles[k]
+                for l in range(m.first[node_b], m.first[node_b] + m.entries[node_b]):
+                    j = m.leaf_triangles[l]
+                    if (i != witness_a or j != witness_b) and found.status != STALLED:
+                        found = _try_pair(m, flights, bodies, i, j, n, window, relative, spins, work, counts, found)
+        elif divides_a(m, node_a, node_b):
+            nodes[top, 0], nodes[top, 1] = m.child[node_a], node_b
+            nodes[top + 1, 0], nodes[top + 1, 1] = m.child[node_a] + 1, node_b
+            top += 2
+        else:
+            nodes[top, 0], nodes[top, 1] = node_a, m.child[node_b]
+            nodes[top + 1, 0], nodes[top + 1, 1] = node_a, m.child[node_b] + 1
+            top += 2
+    return found

@@ -1,0 +1,134 @@
+"""The contact time of two meshes on flights: never late, never missed (docs/time_of_impact.md).
+
+From a proven time on: the first meeting of the bounding spheres, then steps from the distance, then windows, in which
+every pair of triangles within reach gets a contact time of its own. A window always covers a least time, so a query
+that starts at a touching pair leaves it in a few. The query can stop at any proven time and be taken up again.
+"""
+
+from math import inf
+
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.mesh_pair import closest_points
+from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, sphere_time, take_over
+from comotion_server.kernels.pair_impact import FREE, STALLED
+from comotion_server.kernels.pair_window import PAIRS, QUERIES, STEPS, WINDOWS, Window, first_contact
+from comotion_server.kernels.vectors import along, length, rotated, row
+
+NONE, MEETS, TOUCHES, OVERLAPS, LATER, SPENT, STALLS = 0, 1, 2, 3, 4, 5, 6  # how a query ends
+
+TIME, TARGET, WIDTH = 0, 1, 2  # of `memory`: proven time [s], target gap [m] (0: not known yet), reach of a window
+CONTACT_TIME, GAP, CLOSING, POINT_A, POINT_B, NORMAL, FINDINGS = 0, 1, 2, 3, 6, 9, 12  # of `findings`
+
+FIRST_WIDTH = 2.0  # times `near`: the reach of a query's first window
+FEW, MANY = 40, 160  # pairs of triangles in a window: with fewer the next one is wider, with more it is narrower
+NARROWEST, WIDEST = 2.0**-10, 2.0**20
+TURN = 0.5  # [rad] that both bodies together turn in a window at most; beyond it directions lose their worth
+
+
+@jit
+def _write_findings(states, touch, time, findings):
+    """The contact in the world frame, and when the gap would be zero if it went on closing as it does."""
+    x, _, rotation, _, _, _ = states
+    findings[CONTACT_TIME] = time + touch.gap / touch.closing
+    findings[GAP], findings[CLOSING] = touch.gap, touch.closing
+    findings[POINT_A : POINT_A + 3] = along(row(x, 0), 1.0, rotated(rotation[0], touch.point_a))
+    findings[POINT_B : POINT_B + 3] = along(row(x, 0), 1.0, rotated(rotation[0], touch.point_b))
+    findings[NORMAL : NORMAL + 3] = rotated(rotation[0], touch.normal)
+
+
+@jit
+def advance(
+    m,
+    all_flights,
+    all_bodies,
+    shape_a,
+    shape_b,
+    a,
+    b,
+    end,
+    key,
+    tolerance,
+    near,
+    budget,
+    memory,
+    witness,
+    findings,
+    work,
+    counts,
+):
+    """Follow bodies a and b, of shapes shape_a and shape_b, from the proven time in `memory` to the first contact.
+
+    end: of the flights' common interval, local time [s]; key: time at which it is enough to know that nothing came
+    before; tolerance: gap that counts as contact [m]; near: distance below which windows begin [m]; budget: distance
+    queries and steps of triangle pairs. In and out: memory (3,), witness (2,) int64, triangles to begin with (over all
+    shapes; -1: none), counts (COUNTS,) int64. Out: findings (FINDINGS,), after MEETS and TOUCHES alone.
+    Returns how it ended; until memory[TIME] the bodies are surely apart:
+      NONE      apart until `end`, and at `end`
+      MEETS     at memory[TIME] the gap is in (0, tolerance] and closes
+      TOUCHES   the same, at the time the query began at
+      OVERLAPS  the surfaces intersect at the time the query began at
+      LATER     memory[TIME] has reached `key`
+      SPENT     the budget is used up
+      STALLS    no step is possible any more within the precision of numbers
+    """
+    begin, now = memory[TIME], memory[TIME]
+    flights, bodies = work.flights, work.bodies
+    take_over(all_flights, all_bodies, a, b, flights, bodies)
+    radius_a, radius_b = 0.5 * m.size[shape_a], 0.5 * m.size[shape_b]
+    settled = False
+    limit = counts[QUERIES] + counts[STEPS] + budget
+    while now < end:
+        memory[TIME] = now
+        if now >= key:
+            return LATER
+        if counts[QUERIES] + counts[STEPS] >= limit:
+            return SPENT
+        relative = relate(flights, bodies, now, work.states, work.R)
+        settled = settle(flights, bodies, now, work.states) or settled
+        reach = radius_a + radius_b + tolerance
+        if length(relative.offset) > reach + near:
+            if memory[TARGET] == 0.0:
+                memory[TARGET] = 0.5 * tolerance
+            span = sphere_time(relative, reach)
+            now = max(now + span, now) if span < inf else inf
+            continue
+        counts[QUERIES] += 1
+        distance, _, _, n, witness[0], witness[1] = closest_points(
+            m, shape_a, shape_b, work.R, relative.offset, inf, witness[0], witness[1], work.walk
+        )
+        if not distance > 0.0:
+            return OVERLAPS if now == begin else STALLS
+        if memory[TARGET] == 0.0:
+            memory[TARGET] = min(0.5 * tolerance, distance)
+        speed, growth, rate, rate_growth = approach_line(flights, bodies, relative, work.states, radius_a, radius_b)
+        if distance > near:
+            now += covering_time(distance - tolerance, speed, growth)
+            continue
+        if settled:  # a window begins where the whole flights are, so that nothing adds up
+            take_over(all_flights, all_bodies, a, b, flights, bodies)
+            relative = relate(flights, bodies, now, work.states, work.R)
+            settle(flights, bodies, now, work.states)
+        span = min(covering_time(memory[WIDTH] * near, speed, growth), covering_time(TURN, rate, rate_growth))
+        window = Window(now, min(now + span, end), speed, growth, tolerance, memory[TARGET])
+        counts[WINDOWS] += 1
+        before = counts[PAIRS]
+        root_a, root_b = m.root[shape_a], m.root[shape_b]
+        found = first_contact(
+            m, flights, bodies, root_a, root_b, n, witness[0], witness[1], window, relative, work, counts
+        )
+        if found.status == STALLED or not window.end > now:
+            return STALLS
+        if found.status != FREE:
+            witness[0], witness[1] = found.triangle_a, found.triangle_b
+            memory[TIME] = found.time
+            relate(flights, bodies, found.time, work.states, work.R)
+            _write_findings(work.states, found.touch, found.time, findings)
+            return TOUCHES if found.time == begin else MEETS
+        now = window.end
+        pairs = counts[PAIRS] - before
+        if pairs < FEW:
+            memory[WIDTH] = min(2.0 * memory[WIDTH], WIDEST)
+        elif pairs > MANY:
+            memory[WIDTH] = max(0.5 * memory[WIDTH], NARROWEST)
+    memory[TIME] = end
+    return NONE
