@@ -25,7 +25,7 @@ class Coal:
     def __init__(self, meshes, queries):
         self.models = [coal_model(mesh) for mesh in meshes]
         self.poses = [[coal.Transform3s(R, x) for R, x in query] for query in queries]
-        self.request = coal.DistanceRequest(True, 0.0, 0.0)  # noqa: FBT003 - positional only: with closest points
+        self.request = coal.DistanceRequest(True, 0.0, 0.0)
         self.result = coal.DistanceResult()
 
     def run(self, out, bounds=None):
