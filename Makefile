@@ -22,6 +22,7 @@ lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
 bench: $(VENV)/.dev          ## figures that depend on the machine, each beside a peer or a limit
 	$(BIN)/python benchmarks/round_trip.py
 	$(BIN)/python benchmarks/geometry.py
+	$(BIN)/python benchmarks/contact_times.py
 
 report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
 	$(BIN)/comotion plan float_box drop channel
