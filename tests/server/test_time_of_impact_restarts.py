@@ -62,7 +62,7 @@ def test_every_bounce_gets_away(scene, restitution):
         assert story.energy == pytest.approx(before, rel=1e-10)  # of the flights of a triaxial top over 100 s
 
 
-@pytest.mark.parametrize("tolerance", [1e-11, 1e-10, 1e-7, 1e-5])
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-8, 1e-7, 1e-5])
 def test_the_cost_does_not_depend_on_the_tolerance(tolerance):
     bodies = two_bodies("L in a box", tolerance)
     story = bodies.run(60, 1.0, FAR_FUTURE)

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 STATUSES = ("none", "hit", "touching", "overlapping", "later", "budget", "stalled")  # in the order of the kernel's
 RELATIVE_TOLERANCE = 1e-9  # of the smaller body's diameter; larger: contacts come earlier, by tolerance / closing speed
 ROUNDINGS = 64.0  # of a coordinate that the tolerance is at least; below about 8 no step towards a contact is safe
-NEAR_EDGE = 0.3  # of the median edge: the distance at which windows begin; larger: more triangles in a window
-NEAR_SIZE = 0.01  # of the diameter, likewise
+NEAR_EDGE = 0.1  # of the median edge: the distance at which windows begin; larger: more triangles in a window
+NEAR_SIZE = 0.003  # of the diameter, likewise
 BUDGET = 100_000  # distance queries and steps of triangle pairs: seconds; an ordinary query takes about fifty
 
 

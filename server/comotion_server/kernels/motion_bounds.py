@@ -102,20 +102,20 @@ def settle(flights, bodies, time, states):
     """Let flights whose attitude is costly to find from their origin go on from `time`, where `states` are theirs.
 
     The attitude is then that of a step cut in pieces: it differs by no more than the flights' own tolerance. Returns
-    whether any did.
+    how many did.
     """
-    any_did = False
+    legs = 0
     x, v, rotation, L, _, _ = states
     for k in range(2):
         if flights.kind[k] != SPLIT or time == flights.origin[k]:
             continue
         past = time - flights.origin[k]
         if count_substeps(bodies.moments[k], flights.momentum[k], flights.torque[k], past) > CHEAP:
-            any_did = True
+            legs += 1
             flights.origin[k] = time
             flights.position[k], flights.velocity[k] = x[k], v[k]
             flights.rotation[k], flights.momentum[k] = rotation[k], L[k]
-    return any_did
+    return legs
 
 
 @jit

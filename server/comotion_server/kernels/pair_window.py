@@ -8,16 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.boxes import box_gap, divides_a
+from comotion_server.kernels.boxes import box_gap, divides_a, highest, lowest
 from comotion_server.kernels.flight import Bodies, Flights
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.mesh_pair import corners, work_space
+from comotion_server.kernels.mesh_pair import corners, corners_moved, work_space
 from comotion_server.kernels.motion_bounds import spins_over
 from comotion_server.kernels.pair_impact import FREE, NO_TOUCH, STALLED, Touch, pair_impact
-from comotion_server.kernels.pair_impact_bounds import direction_time, limits_of, moving_corners
 from comotion_server.kernels.triangle_distance import closer_points
-from comotion_server.kernels.vectors import ZERO
+from comotion_server.kernels.vectors import cross, dot, rotated_back
 
 QUERIES, WINDOWS, PAIRS, STEPS, LONGEST, COUNTS = 0, 1, 2, 3, 4, 5  # of `counts`: what a query cost
 
@@ -44,6 +43,18 @@ class Window(NamedTuple):
     growth: float
     tolerance: float  # [m]
     target: float  # gap that steps aim at [m]
+
+
+class Aim(NamedTuple):
+    """A direction n that does not turn, and what moves along it."""
+
+    n_a: tuple[float, float, float]  # in the axes of a
+    n_b: tuple[float, float, float]  # in the axes of b
+    turn_a: tuple[float, float, float]  # n x w of a, so that turn . r = n . (w x r), in the axes of a
+    turn_b: tuple[float, float, float]  # likewise of b, in the axes of b
+    offset: float  # of the centres along n [m]
+    velocity: float  # likewise [m/s]
+    bend: float  # least acceleration of any two points along n [m/s2], not above zero
 
 
 class Found(NamedTuple):
@@ -104,16 +115,54 @@ def _reach(window, time):
 
 
 @jit
-def _try_pair(m, flights, bodies, i, j, n, window, relative, spins, work, counts, found):
-    """`found`, or the contact of triangles i of a and j of b if it comes earlier; n: a direction to try first."""
+def _aim(m, shape_a, shape_b, n, relative, spins, R):
+    """The fixed direction n as `_passes` needs it: supports of positions and velocities, and the least curvature."""
+    bend_a = (spins[0].change + spins[0].rate * spins[0].rate) * 0.5 * m.size[shape_a]
+    bend_b = (spins[1].change + spins[1].rate * spins[1].rate) * 0.5 * m.size[shape_b]
+    return Aim(
+        n,
+        rotated_back(R, n),
+        cross(n, relative.spin_a),
+        rotated_back(R, cross(n, relative.spin_b)),
+        dot(n, relative.offset),
+        dot(n, relative.velocity),
+        min(dot(n, relative.acceleration), 0.0) - bend_a - bend_b,
+    )
+
+
+@jit
+def _passes(m, node_a, node_b, aim, span, target):
+    """Whether the fixed direction of `aim` keeps two boxes apart by the target for `span` [s]."""
+    gap = aim.offset + lowest(m, node_b, aim.n_b) - highest(m, node_a, aim.n_a)
+    if gap < target:
+        return False
+    rate = aim.velocity + lowest(m, node_b, aim.turn_b) - highest(m, node_a, aim.turn_a)
+    return gap + span * (rate + 0.5 * span * aim.bend) >= target
+
+
+@jit
+def _pair_passes(corners_a, arms_b, aim, span, target):
+    """The same for two triangles, the one of b given by its corners in b's own axes."""
+    a0, a1, a2 = corners_a
+    b0, b1, b2 = arms_b
+    n, m = aim.n_a, aim.n_b
+    gap = aim.offset + min(dot(m, b0), dot(m, b1), dot(m, b2)) - max(dot(n, a0), dot(n, a1), dot(n, a2))
+    if gap < target:
+        return False
+    n, m = aim.turn_a, aim.turn_b
+    rate = aim.velocity + min(dot(m, b0), dot(m, b1), dot(m, b2)) - max(dot(n, a0), dot(n, a1), dot(n, a2))
+    return gap + span * (rate + 0.5 * span * aim.bend) >= target
+
+
+@jit
+def _try_pair(m, flights, bodies, i, j, aim, window, relative, spins, work, counts, found):
+    """`found`, or the contact of triangles i of a and j of b if it comes earlier."""
     corners_a, arms_b = corners(m, i), corners(m, j)
-    c = moving_corners(relative, work.R, corners_a, arms_b)
-    horizon = found.time - window.begin
-    limits = limits_of(c, relative, spins[0], spins[1], horizon)
-    if direction_time(n, ZERO, c, limits, window.target, horizon) >= horizon:
+    if _pair_passes(corners_a, arms_b, aim, found.time - window.begin, window.target):
         return found
     reach = _reach(window, found.time)
-    first = closer_points(reach, c.a[0], c.a[1], c.a[2], c.b[0], c.b[1], c.b[2])
+    b0, b1, b2 = corners_moved(m, j, work.R, relative.offset)
+    first = closer_points(reach, corners_a[0], corners_a[1], corners_a[2], b0, b1, b2)
     if first[0] >= reach:
         return found
     status, time, touch, steps = pair_impact(
@@ -141,7 +190,7 @@ def _try_pair(m, flights, bodies, i, j, n, window, relative, spins, work, counts
 
 
 @jit
-def first_contact(m, flights, bodies, root_a, root_b, n, witness_a, witness_b, window, relative, work, counts):
+def first_contact(m, flights, bodies, shape_a, shape_b, n, witness_a, witness_b, window, relative, work, counts):
     """`Found` of two bodies over a window: FREE until its end, or the first contact.
 
     n, witness_a, witness_b: direction and triangles of the closest points at its beginning; relative and work.states,
@@ -149,14 +198,17 @@ def first_contact(m, flights, bodies, root_a, root_b, n, witness_a, witness_b, w
     """
     spins = spins_over(flights, bodies, work.states, window.end - window.begin)
     found = Found(FREE, window.end, NO_TOUCH, witness_a, witness_b)
-    found = _try_pair(m, flights, bodies, witness_a, witness_b, n, window, relative, spins, work, counts, found)
+    aim = _aim(m, shape_a, shape_b, n, relative, spins, work.R)
+    found = _try_pair(m, flights, bodies, witness_a, witness_b, aim, window, relative, spins, work, counts, found)
     nodes = work.nodes
-    nodes[0, 0], nodes[0, 1] = root_a, root_b
+    nodes[0, 0], nodes[0, 1] = m.root[shape_a], m.root[shape_b]
     top = 1
     while top > 0 and found.status != STALLED and found.time > window.begin:
         top -= 1
         node_a, node_b = nodes[top, 0], nodes[top, 1]
         reach = _reach(window, found.time)
+        if _passes(m, node_a, node_b, aim, found.time - window.begin, window.target):
+            continue
         if box_gap(m, node_a, node_b, work.R, relative.offset, reach) >= reach:
             continue
         if m.child[node_a] < 0 and m.child[node_b] < 0:
@@ -165,7 +217,7 @@ def first_contact(m, flights, bodies, root_a, root_b, n, witness_a, witness_b, w
                 for l in range(m.first[node_b], m.first[node_b] + m.entries[node_b]):
                     j = m.leaf_triangles[l]
                     if (i != witness_a or j != witness_b) and found.status != STALLED:
-                        found = _try_pair(m, flights, bodies, i, j, n, window, relative, spins, work, counts, found)
+                        found = _try_pair(m, flights, bodies, i, j, aim, window, relative, spins, work, counts, found)
         elif divides_a(m, node_a, node_b):
             nodes[top, 0], nodes[top, 1] = m.child[node_a], node_b
             nodes[top + 1, 0], nodes[top + 1, 1] = m.child[node_a] + 1, node_b

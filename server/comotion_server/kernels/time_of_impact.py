@@ -7,6 +7,7 @@ that starts at a touching pair leaves it in a few. The query can stop at any pro
 
 from math import inf
 
+from comotion_server.kernels.flight import ATTITUDE_TOLERANCE
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, sphere_time, take_over
@@ -22,6 +23,7 @@ CONTACT_TIME, GAP, CLOSING, POINT_A, POINT_B, NORMAL, FINDINGS = 0, 1, 2, 3, 6, 
 FIRST_WIDTH = 2.0  # times `near`: the reach of a query's first window
 FEW, MANY = 40, 160  # pairs of triangles in a window: with fewer the next one is wider, with more it is narrower
 NARROWEST, WIDEST = 2.0**-10, 2.0**20
+DRIFT = 0.02  # of the target: what attitudes found leg by leg may have drifted from their flights at a window
 TURN = 0.5  # [rad] that both bodies together turn in a window at most; beyond it directions lose their worth
 
 
@@ -75,7 +77,7 @@ def advance(
     flights, bodies = work.flights, work.bodies
     take_over(all_flights, all_bodies, a, b, flights, bodies)
     radius_a, radius_b = 0.5 * m.size[shape_a], 0.5 * m.size[shape_b]
-    settled = False
+    legs = 0
     limit = counts[QUERIES] + counts[STEPS] + budget
     while now < end:
         memory[TIME] = now
@@ -84,7 +86,7 @@ def advance(
         if counts[QUERIES] + counts[STEPS] >= limit:
             return SPENT
         relative = relate(flights, bodies, now, work.states, work.R)
-        settled = settle(flights, bodies, now, work.states) or settled
+        legs += settle(flights, bodies, now, work.states)
         reach = radius_a + radius_b + tolerance
         if length(relative.offset) > reach + near:
             if memory[TARGET] == 0.0:
@@ -104,17 +106,16 @@ def advance(
         if distance > near:
             now += covering_time(distance - tolerance, speed, growth)
             continue
-        if settled:  # a window begins where the whole flights are, so that nothing adds up
+        if legs * ATTITUDE_TOLERANCE * (radius_a + radius_b) > DRIFT * memory[TARGET]:
             take_over(all_flights, all_bodies, a, b, flights, bodies)
             relative = relate(flights, bodies, now, work.states, work.R)
-            settle(flights, bodies, now, work.states)
+            legs = settle(flights, bodies, now, work.states)
         span = min(covering_time(memory[WIDTH] * near, speed, growth), covering_time(TURN, rate, rate_growth))
         window = Window(now, min(now + span, end), speed, growth, tolerance, memory[TARGET])
         counts[WINDOWS] += 1
         before = counts[PAIRS]
-        root_a, root_b = m.root[shape_a], m.root[shape_b]
         found = first_contact(
-            m, flights, bodies, root_a, root_b, n, witness[0], witness[1], window, relative, work, counts
+            m, flights, bodies, shape_a, shape_b, n, witness[0], witness[1], window, relative, work, counts
         )
         if found.status == STALLED or not window.end > now:
             return STALLS
