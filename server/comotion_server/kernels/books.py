@@ -10,8 +10,8 @@ ledger (7,): momentum (3), angular momentum about c (3), energy.
 from math import sqrt
 
 from comotion_server.kernels.flight import SPIN_FREE
-from comotion_server.kernels.impact import cross
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.vectors import cross
 
 
 @jit
@@ -25,7 +25,7 @@ def carried(bodies, i, x, v, L, w, c, ledger):
         v[i, 1] / W[1] if W[1] > 0.0 else 0.0,
         v[i, 2] / W[2] if W[2] > 0.0 else 0.0,
     )
-    m = cross(x[i, 0] - c[0], x[i, 1] - c[1], x[i, 2] - c[2], p[0], p[1], p[2])
+    m = cross((x[i, 0] - c[0], x[i, 1] - c[1], x[i, 2] - c[2]), p)
     for k in range(3):
         ledger[k] += p[k]
         ledger[3 + k] += m[k] + L[i, k]
@@ -36,15 +36,15 @@ def carried(bodies, i, x, v, L, w, c, ledger):
 def taken(bodies, i, x, v, w, c, J, turning, ledger):
     """Adds to the ledger what impulse J at c gives to body i, or the work of a body that does not react."""
     if not bodies.reacts[i]:
-        u = cross(w[i, 0], w[i, 1], w[i, 2], c[0] - x[i, 0], c[1] - x[i, 1], c[2] - x[i, 2])
+        u = cross((w[i, 0], w[i, 1], w[i, 2]), (c[0] - x[i, 0], c[1] - x[i, 1], c[2] - x[i, 2]))
         for k in range(3):
             ledger[6] -= J[k] * (v[i, k] + (u[k] if turning else 0.0))
         return
     W, spin = bodies.inverse_mass[i], bodies.spin[i]
     p = (J[0] if W[0] > 0.0 else 0.0, J[1] if W[1] > 0.0 else 0.0, J[2] if W[2] > 0.0 else 0.0)
     r = (c[0] - x[i, 0], c[1] - x[i, 1], c[2] - x[i, 2])
-    m = cross(-r[0], -r[1], -r[2], p[0], p[1], p[2])
-    t = cross(r[0], r[1], r[2], J[0], J[1], J[2])
+    m = cross((-r[0], -r[1], -r[2]), p)
+    t = cross(r, J)
     for k in range(3):
         ledger[k] += p[k]
         ledger[3 + k] += m[k]

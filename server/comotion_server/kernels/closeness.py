@@ -8,7 +8,7 @@ from math import inf, nan, sqrt
 from comotion_server.kernels.flight import AXIS, STILL
 from comotion_server.kernels.impact import closing_speed
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.rotation import to_body, to_world
+from comotion_server.kernels.vectors import rotated, rotated_back
 
 LEAST_APPROACH = 1e-300  # [m/s] of a pair found intersecting: P14 asks for a speed that is not zero
 
@@ -61,8 +61,8 @@ def measure(pairs, time, tolerance, x, v, R, w, reach, distance, p, q, n, approa
 @jit
 def remember(last, k, a, b, x, R, p, q, n):
     """Keeps the closest points in the frames of their bodies, their triangles and the normal."""
-    pa = to_body(R[a], p[0] - x[a, 0], p[1] - x[a, 1], p[2] - x[a, 2])
-    qb = to_body(R[b], q[0] - x[b, 0], q[1] - x[b, 1], q[2] - x[b, 2])
+    pa = rotated_back(R[a], (p[0] - x[a, 0], p[1] - x[a, 1], p[2] - x[a, 2]))
+    qb = rotated_back(R[b], (q[0] - x[b, 0], q[1] - x[b, 1], q[2] - x[b, 2]))
     for m in range(3):
         last.point_a[k, m], last.point_b[k, m], last.normal[k, m] = pa[m], qb[m], n[m]
     last.triangles[k, 0], last.triangles[k, 1] = last.witness[k, 0], last.witness[k, 1]
@@ -71,7 +71,7 @@ def remember(last, k, a, b, x, R, p, q, n):
 @jit
 def recall(last, k, a, b, x, R, p, q, n):
     """The closest points and normal of the last state apart, the points moved with their bodies."""
-    pa = to_world(R[a], last.point_a[k, 0], last.point_a[k, 1], last.point_a[k, 2])
-    qb = to_world(R[b], last.point_b[k, 0], last.point_b[k, 1], last.point_b[k, 2])
+    pa = rotated(R[a], (last.point_a[k, 0], last.point_a[k, 1], last.point_a[k, 2]))
+    qb = rotated(R[b], (last.point_b[k, 0], last.point_b[k, 1], last.point_b[k, 2]))
     for m in range(3):
         p[m], q[m], n[m] = pa[m] + x[a, m], qb[m] + x[b, m], last.normal[k, m]

@@ -28,9 +28,8 @@ from comotion_server.kernels.rotation import (
     product,
     rotate_about_column,
     rotate_left,
-    to_body,
-    to_world,
 )
+from comotion_server.kernels.vectors import rotated, rotated_back
 
 STILL, AXIS, SYMMETRIC, SPLIT = 0, 1, 2, 3
 
@@ -92,11 +91,11 @@ def split_step(P, L, moments, torque, h):
     middle = 1.0 / moments[1]
     low, high = 1.0 / moments[0] - middle, 1.0 / moments[2] - middle
     rotate_left(P, h * middle * L[0], h * middle * L[1], h * middle * L[2])
-    l0, _, _ = to_body(P, L[0], L[1], L[2])
+    l0, _, _ = rotated_back(P, L)
     rotate_about_column(P, 0, 0.5 * h * low * l0)
-    _, _, l2 = to_body(P, L[0], L[1], L[2])
+    _, _, l2 = rotated_back(P, L)
     rotate_about_column(P, 2, h * high * l2)
-    l0, _, _ = to_body(P, L[0], L[1], L[2])
+    l0, _, _ = rotated_back(P, L)
     rotate_about_column(P, 0, 0.5 * h * low * l0)
     for k in range(3):
         L[k] += 0.5 * h * torque[k]
@@ -128,11 +127,11 @@ def spin_symmetric(R, L, moments, Q, duration):
     """Attitude of a torque-free body with two equal inertias after `duration` [s]; R is changed in place."""
     axis = 2 if moments[1] - moments[0] <= moments[2] - moments[1] else 0
     equal = moments[1]
-    body = to_body(R, L[0], L[1], L[2])
+    body = rotated_back(R, L)
     along = body[0] * Q[0, axis] + body[1] * Q[1, axis] + body[2] * Q[2, axis]
     angle = duration * (1.0 / moments[axis] - 1.0 / equal) * along
     # R exp(angle e^) = exp(angle (R e)^) R
-    e = to_world(R, Q[0, axis], Q[1, axis], Q[2, axis])
+    e = rotated(R, (Q[0, axis], Q[1, axis], Q[2, axis]))
     rotate_left(R, angle * e[0], angle * e[1], angle * e[2])
     turn = duration / equal
     rotate_left(R, turn * L[0], turn * L[1], turn * L[2])
@@ -141,10 +140,10 @@ def spin_symmetric(R, L, moments, Q, duration):
 @jit
 def angular_velocity_of(R, L, moments, Q, w):
     """World angular velocity w = R Q I^-1 Q^T R^T L."""
-    b = to_body(R, L[0], L[1], L[2])
-    l0, l1, l2 = to_body(Q, b[0], b[1], b[2])
-    b = to_world(Q, l0 / moments[0], l1 / moments[1], l2 / moments[2])
-    w[0], w[1], w[2] = to_world(R, b[0], b[1], b[2])
+    b = rotated_back(R, L)
+    l0, l1, l2 = rotated_back(Q, b)
+    b = rotated(Q, (l0 / moments[0], l1 / moments[1], l2 / moments[2]))
+    w[0], w[1], w[2] = rotated(R, b)
 
 
 @jit

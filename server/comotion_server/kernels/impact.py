@@ -6,12 +6,7 @@ Legend: x, v, R, L, w state arrays of all bodies; n unit normal from body a to b
 
 from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, inertia_about
 from comotion_server.kernels.jit import jit
-
-
-@jit
-def cross(ax, ay, az, bx, by, bz):
-    """The vector product a x b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+from comotion_server.kernels.vectors import cross
 
 
 @jit
@@ -20,7 +15,7 @@ def closing_speed(v, w, x, a, b, p, q, n):
     total = 0.0
     for body, point, sign in ((a, p, 1.0), (b, q, -1.0)):
         r0, r1, r2 = point[0] - x[body, 0], point[1] - x[body, 1], point[2] - x[body, 2]
-        c0, c1, c2 = cross(w[body, 0], w[body, 1], w[body, 2], r0, r1, r2)
+        c0, c1, c2 = cross((w[body, 0], w[body, 1], w[body, 2]), (r0, r1, r2))
         total += sign * (n[0] * (v[body, 0] + c0) + n[1] * (v[body, 1] + c1) + n[2] * (v[body, 2] + c2))
     return total
 
@@ -40,7 +35,7 @@ def inverse_inertia_along(bodies, i, R, x, point, n):
     spin = bodies.spin[i]
     if not bodies.reacts[i] or spin < SPIN_FREE:
         return 0.0
-    c0, c1, c2 = cross(point[0] - x[i, 0], point[1] - x[i, 1], point[2] - x[i, 2], n[0], n[1], n[2])
+    c0, c1, c2 = cross((point[0] - x[i, 0], point[1] - x[i, 1], point[2] - x[i, 2]), n)
     c = (c0, c1, c2)
     if spin != SPIN_FREE:
         return c[spin] ** 2 / inertia_about(R[i], bodies.moments[i], bodies.principal[i], spin)
@@ -66,7 +61,7 @@ def push(bodies, i, x, v, R, L, w, point, J, turning):
     spin = bodies.spin[i]
     if not turning or spin < SPIN_FREE:
         return
-    c = cross(point[0] - x[i, 0], point[1] - x[i, 1], point[2] - x[i, 2], J[0], J[1], J[2])
+    c = cross((point[0] - x[i, 0], point[1] - x[i, 1], point[2] - x[i, 2]), J)
     for k in range(3):
         if spin in (SPIN_FREE, k):
             L[i, k] += c[k]
