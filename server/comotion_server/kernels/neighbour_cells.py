@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.flight import motion_of
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.motion_bounds import covering_time
 from comotion_server.kernels.vectors import along, dot, length, row, sub
@@ -19,6 +20,8 @@ from comotion_server.kernels.vectors import along, dot, length, row, sub
 ROOM = 0.3  # of a body's radius: what its room is larger; more: fewer new rooms, more neighbours
 LEAD = 0.6  # of that: how far a new room lies ahead of the body
 OFF_GRID = -1
+LARGE = 4.0  # times the median radius: bodies above it are compared with all, if they are few
+FEW, SHARE = 8, 64  # how many large bodies there may be at least, and one of how many bodies
 
 
 class Cells(NamedTuple):
@@ -71,6 +74,13 @@ def _enter(cells, i):
 
 
 @jit
+def is_amid(cells, i, x):
+    """Whether body i at x (3,) has more than half of the way to the border of its room left."""
+    D = sub(x, row(cells.centre, i))
+    return 4.0 * dot(D, D) < cells.spare[i] * cells.spare[i]
+
+
+@jit
 def make_room(cells, i, x, v):
     """A new room for body i, whose centre is at x (3,) [m] and moves at v (3,) [m/s]."""
     speed = length(v)
@@ -93,10 +103,7 @@ def leaving_time(cells, flights, i, time):
     """Until when [s] body i surely stays in its room, from local `time` on."""
     if not cells.room[i] < inf:
         return inf
-    s = time - flights.origin[i]
-    a = row(flights.acceleration, i)
-    v = along(row(flights.velocity, i), s, a)
-    x = along(along(row(flights.position, i), s, row(flights.velocity, i)), 0.5 * s * s, a)
+    (x, v), a = motion_of(flights, i, time), row(flights.acceleration, i)
     D, spare = sub(x, row(cells.centre, i)), cells.spare[i]
     if a[0] != 0.0 or a[1] != 0.0 or a[2] != 0.0:
         return time + covering_time(spare - length(D), length(v), length(a))
@@ -118,11 +125,13 @@ def neighbours(cells, i, found):
     if cells.bucket[i] == OFF_GRID:
         for j in range(len(cells.room)):
             if j != i and rooms_meet(cells, i, j):
+                cells.seen[j] = tick
                 found[count] = j
                 count += 1
         return count
     for j in cells.large:
         if rooms_meet(cells, i, j):
+            cells.seen[j] = tick
             found[count] = j
             count += 1
     x, y, z = cell_of(cells, i)
@@ -138,8 +147,22 @@ def neighbours(cells, i, found):
 
 
 @jit
+def large_bodies(radius):
+    """Which bodies (n,) are so large, and so few, that they are better compared with all others."""
+    n = len(radius)
+    order = np.sort(radius)
+    bound = LARGE * order[n // 2]
+    while bound < inf:
+        large = radius > bound
+        if large.sum() <= max(FEW, n // SHARE):
+            return large
+        bound *= 2.0
+    return radius == inf
+
+
+@jit
 def new_cells(radius, x):
-    """Rooms about bodies of some radii (n,) at x (n,3), inf for planes; none of them in its cell yet: `make_room`."""
+    """Rooms about bodies of some radii (n,) at x (n,3), inf for planes."""
     n = len(radius)
     large = large_bodies(radius)
     buckets = 2
@@ -167,21 +190,3 @@ def new_cells(radius, x):
         if not large[i]:
             _enter(cells, i)
     return cells
-
-
-LARGE = 4.0  # times the median radius: bodies above it are compared with all, if they are few
-FEW, SHARE = 8, 64  # how many large bodies there may be at least, and one of how many bodies
-
-
-@jit
-def large_bodies(radius):
-    """Which bodies (n,) are so large, and so few, that they are better compared with all others."""
-    n = len(radius)
-    order = np.sort(radius)
-    bound = LARGE * order[n // 2]
-    while bound < inf:
-        large = radius > bound
-        if large.sum() <= max(FEW, n // SHARE):
-            return large
-        bound *= 2.0
-    return radius == inf

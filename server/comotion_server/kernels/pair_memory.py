@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.time_of_impact import FIRST_WIDTH, KNOWN, TARGET, TIME, WIDTH, forget_flight, new_memory
+from comotion_server.kernels.time_of_impact import KNOWN, forget_flight, new_memory
 
 NO_ROW = -1
 LONG_AGO = -1e300  # [s] time of the last impact of a pair that had none

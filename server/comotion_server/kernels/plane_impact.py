@@ -33,7 +33,18 @@ from comotion_server.kernels.time_of_impact import (
     TURN,
     write_findings,
 )
-from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, rotated_back, row, scaled, sub
+from comotion_server.kernels.vectors import (
+    ZERO,
+    add,
+    along,
+    cross,
+    dot,
+    length,
+    rotated,
+    rotated_back,
+    row,
+    scaled,
+)
 
 Vector = tuple[float, float, float]
 
