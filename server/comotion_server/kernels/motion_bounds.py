@@ -47,7 +47,7 @@ class Spin(NamedTuple):
 
 
 @jit
-def _angular_acceleration(flights, bodies, i, R, L, w, turned):
+def angular_acceleration(flights, bodies, i, R, L, w, turned):
     """World angular acceleration [rad/s2], as a tuple; turned (3,): work space."""
     kind = flights.kind[i]
     if kind == STILL:
@@ -80,8 +80,8 @@ def relate(flights, bodies, time, states, R):
         rotated_back(Ra, sub(row(flights.acceleration, 1), row(flights.acceleration, 0))),
         rotated_back(Ra, row(w, 0)),
         rotated_back(Ra, row(w, 1)),
-        rotated_back(Ra, _angular_acceleration(flights, bodies, 0, rotation, L, w, turned)),
-        rotated_back(Ra, _angular_acceleration(flights, bodies, 1, rotation, L, w, turned)),
+        rotated_back(Ra, angular_acceleration(flights, bodies, 0, rotation, L, w, turned)),
+        rotated_back(Ra, angular_acceleration(flights, bodies, 1, rotation, L, w, turned)),
     )
 
 
