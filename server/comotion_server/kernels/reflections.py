@@ -19,7 +19,7 @@ from comotion_server.kernels.jit import jit
 
 APPROACH = 1e-9  # of the largest approach before: slower is none. A constant of the law: it decides who takes part
 MOST_ROWS = 1_000_000  # rows times reflections; above it the rest is taken at once. Mass ratio 1e10 against a wall: 6e5
-PATIENCE = 200  # reflections, before asking whether the cluster carries a stress of its own and can never part
+PATIENCE = 200  # reflections before asking whether the cluster carries a stress of its own; ten times that to ask again
 LOST, WORK = 0, 1  # in a book (2,) [J]: taken by restitution; done by motion that is given
 
 
@@ -92,13 +92,12 @@ def take_all(rows, bounds, e, x, impulse, book, space):
 
 
 @jit
-def stressed(rows, x, space):
-    """Whether contacts press on each other with no net push (l >= 0, A^T l = 0): then no velocity parts them."""
-    count = len(rows.size)
+def stressed(rows, chosen, x, space):
+    """Whether a chosen row presses with others without a net push (l >= 0, A^T l = 0): no motion parts such rows."""
     y, multiplier, certificate, equal = space
-    everywhere, apart = np.ones(count, np.bool_), rows.size.copy()
-    status, _ = project_cluster(rows, apart, everywhere, equal, 0.0, np.zeros_like(x), y, multiplier, certificate)
-    return status == BLOCKED
+    everywhere, apart = np.ones(len(rows.size), np.bool_), rows.size.copy()
+    project_cluster(rows, apart, everywhere, equal, 0.0, np.zeros_like(x), y, multiplier, certificate)
+    return (certificate & chosen).any()
 
 
 @jit
@@ -114,9 +113,10 @@ def reflect(rows, bounds, restitution, x, impulse, book):
     impulse[:] = 0.0
     fastest, hardest = approaches(rows, bounds, x, speeds)
     most, done, status, least = max(1, MOST_ROWS // max(count, 1)), 0, SOLVED, 0.0
-    jammed = ran_out = False
+    jammed, ran_out, patience = False, False, PATIENCE
     while restitution.any() and who_approaches(rows, speeds, fastest, hardest, chosen):
-        jammed = done == PATIENCE and least == 1.0 and stressed(rows, x, space)
+        jammed = done == patience and stressed(rows, chosen, x, space)
+        patience *= 10 if done == patience else 1
         ran_out = done == most
         if jammed or ran_out:
             break
