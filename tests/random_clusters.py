@@ -1,9 +1,12 @@
 """Random clusters for the impact law: mixed restitution and masses, locks, given motion, rows twice."""
 
+from dataclasses import dataclass
+
 import numpy as np
-from clusters_by_hand import Clump
+from clusters_by_hand import Clump, answer
 
 from comotion_server.kernels.flight import SPIN_FREE, SPIN_NONE
+from comotion_server.kernels.impact_cluster import BLOCKED, TOGETHER, WORK
 
 KINDS = ("elastic", "mixed", "ratio", "twice", "locks", "given", "everything")
 
@@ -64,3 +67,57 @@ def renumbered(clump, rng):
         other.restitution.append(clump.restitution[i])
         other.friction.append(clump.friction[i])
     return other, place
+
+
+@dataclass
+class Audit:
+    """The worst of what was seen, each relative to its scale."""
+
+    growth: float = -np.inf  # of energy beyond the work of given motion
+    book: float = 0.0  # change of energy against work - lost
+    momentum: float = 0.0  # of each body against its impulses
+    closing: float = 0.0  # speed at which a contact still closes, to the fastest approach
+    numbering: float = 0.0  # other velocities when bodies and contacts come in another order
+    repeats: bool = True  # to the bit
+    same_status: bool = True  # in another order
+    reflections: int = 0
+    status: int = 0
+
+    def add(self, other):
+        for name, value in vars(other).items():
+            better = min if isinstance(value, bool) else max
+            setattr(self, name, better(getattr(self, name), value))
+
+
+def opening_speeds(clump, v, w):
+    """Of all contacts of a clump."""
+    return np.array([
+        n @ (v[b] + np.cross(w[b], arm_b) - v[a] - np.cross(w[a], arm_a)) for a, b, n, arm_a, arm_b in clump.rows
+    ])  # fmt: skip
+
+
+def audit(clump, rng, law=TOGETHER):
+    """The books of one impact, and the same impact once more and renumbered."""
+    other, place = renumbered(clump, rng)
+    one, again, two = answer(clump, law), answer(clump, law), answer(other, law)
+    seen = Audit(status=one.status, same_status=one.status == two.status)
+    if BLOCKED in (one.status, two.status):
+        return seen
+    seen.repeats = all(np.array_equal(getattr(one, k), getattr(again, k)) for k in ("v", "L", "w", "impulse"))
+    lost, work = one.report.book.sum() - one.report.book[WORK], one.report.book[WORK]
+    scale, mass = one.scale + abs(work), np.array(clump.mass)[:, None]
+    reacts = np.array(clump.reacts)[:, None]
+    seen.growth, seen.book = (one.growth - work) / scale, abs(one.growth - work + lost) / scale
+    seen.numbering = np.abs((two.v[place] - one.v) * np.sqrt(mass) * reacts).max() / np.sqrt(2 * scale)
+    closing = -opening_speeds(clump, one.v, one.w).min()
+    seen.closing = closing / max(np.abs(one.report.approach).max(), 1e-30)
+    given = np.zeros((len(mass), 3))
+    for (a, b, *_), J in zip(clump.rows, one.impulse, strict=True):
+        given[a] -= J
+        given[b] += J
+    free = np.array(clump.free) * reacts
+    before = mass * np.array(clump.v) * free
+    size = np.abs(before).max() + np.abs(one.impulse).max() + 1e-300
+    seen.momentum = np.abs((mass * one.v * free - before) - given * free).max() / size
+    seen.reflections = int(one.report.reflections[0])
+    return seen

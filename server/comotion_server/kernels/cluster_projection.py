@@ -3,7 +3,7 @@
 import numpy as np
 
 from comotion_server.kernels.cluster_parts import parts_of
-from comotion_server.kernels.cluster_rows import NOT_REACTING, along_row
+from comotion_server.kernels.cluster_rows import NOT_REACTING, add_row, along_row
 from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED, project, terms_of
 from comotion_server.kernels.impulse_shares import share_push
 from comotion_server.kernels.jit import jit
@@ -26,19 +26,17 @@ def part_matrix(rows, part_rows, place, count):
 
 
 @jit
-def project_row(rows, bounds, i, x, y, multiplier):
-    """The part of a single row, in closed form: status."""
-    speed = along_row(rows, i, x) - bounds[i]
-    if speed >= 0.0:
-        return SOLVED
+def project_row(rows, bounds, i, y, multiplier):
+    """The part of a single row, in closed form: status. Twice: rounding of the row's norm must not add up."""
     if rows.size[i] == 0.0:
-        return BLOCKED
-    multiplier[i] = -speed / rows.size[i] ** 2
-    for side in range(2):
-        j = rows.link[i, side]
-        if j != NOT_REACTING:
-            for k in range(6):
-                y[j, k] += multiplier[i] * rows.part[i, side, k]
+        return SOLVED if bounds[i] <= 0.0 else BLOCKED
+    for _ in range(2):
+        speed = along_row(rows, i, y) - bounds[i]
+        if speed >= 0.0 and multiplier[i] == 0.0:
+            return SOLVED
+        step = -speed / rows.size[i] ** 2
+        multiplier[i] += step
+        add_row(rows, i, step, y)
     return SOLVED
 
 
@@ -93,7 +91,7 @@ def project_cluster(rows, bounds, chosen, equal, weak, x, y, multiplier, certifi
         part_rows = parts.rows[parts.first_row[p] : parts.first_row[p + 1]]
         part_members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         if len(part_rows) == 1 and not equal[part_rows[0]]:
-            status = project_row(rows, bounds, part_rows[0], x, y, multiplier)
+            status = project_row(rows, bounds, part_rows[0], y, multiplier)
             certificate[part_rows[0]] |= status == BLOCKED
         else:
             for j in range(len(part_members)):

@@ -179,6 +179,16 @@ def along_row(rows, i, x):
 
 
 @jit
+def add_row(rows, i, s, x):
+    """Adds s times row i to unknowns x (k,6)."""
+    for side in range(2):
+        j = rows.link[i, side]
+        if j != NOT_REACTING:
+            for k in range(6):
+                x[j, k] += s * rows.part[i, side, k]
+
+
+@jit
 def scaled_velocities(cluster, v, L):
     """Unknowns x (k,6) of the members from their velocities (n,3) and angular momenta (n,3)."""
     x = np.zeros((len(cluster.members), 6))
