@@ -32,31 +32,42 @@ from comotion_server.kernels.cluster_rows import (
 )
 from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, JAMMED, SOLVED
 from comotion_server.kernels.flight import SPIN_FREE
+from comotion_server.kernels.friction import rub, tangents_of
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.reflections import LOST, WORK, approaches, reflect
+from comotion_server.kernels.reflections import (
+    LOST,
+    RUBBED,
+    WORK,
+    approaches,
+    reflect,
+    space_for,
+    take_all,
+    who_approaches,
+)
 from comotion_server.kernels.sequential_impacts import take_turns
 from comotion_server.kernels.single_impact import collide_one
 from comotion_server.kernels.vectors import cross, dot, row, sub
 
-__all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "SOLVED", "WORK", "Cluster"]
+__all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "RUBBED", "SOLVED", "WORK", "Cluster"]
 
 TOGETHER, SEQUENTIAL = 0, 1  # laws
+REPEATS = 6  # of restitution and friction, the last without rebound
 WEAK = 1e-6  # relative: equalities closer to the span of others are left out; patches whose normals differ by 1e-8 tilt
 
 
 class Report(NamedTuple):
-    """What an impact did: kinetic energy changes by work - lost."""
+    """What an impact did: kinetic energy changes by WORK - LOST - RUBBED."""
 
     approach: np.ndarray  # (c,) speed at which a contact closed before [m/s]; negative: it opened
     certificate: np.ndarray  # (c,) bool BLOCKED: contacts that no motion satisfies together
-    book: np.ndarray  # (2,) [J] LOST to restitution (and plastic contact), WORK of motion that is given
+    book: np.ndarray  # (3,) [J] LOST to restitution (and plastic contact), WORK of motion that is given, RUBBED to heat
     reflections: np.ndarray  # (1,) int64 reflections or impacts it took
 
 
 @jit
 def new_report(capacity):
     """Room for a report on up to `capacity` contacts."""
-    return Report(np.zeros(capacity), np.zeros(capacity, np.bool_), np.zeros(2), np.zeros(1, np.int64))
+    return Report(np.zeros(capacity), np.zeros(capacity, np.bool_), np.zeros(3), np.zeros(1, np.int64))
 
 
 @jit
@@ -74,13 +85,49 @@ def impossible(rows, bounds, x, certificate):
 
 
 @jit
+def answer(rows, bounds, restitution, law, x, pressed, book):
+    """The frictionless answer of a law: status, and its reflections or impacts."""
+    if law == TOGETHER:
+        return reflect(rows, bounds, restitution, x, pressed, book)
+    return take_turns(rows, bounds, restitution, x, pressed, book)
+
+
+@jit
+def answer_with_friction(normal, tangent, restitution, friction, law, x, pressed, rubbing, book):
+    """Restitution, then friction; once more where friction makes another contact close, at last without rebound."""
+    rows, bounds = normal
+    count, reflections, status = len(bounds), 0, SOLVED
+    speeds, now, closing = np.empty(count), np.empty(count), np.empty(count, np.bool_)
+    fastest, hardest = approaches(rows, bounds, x, speeds)
+    for repeat in range(REPEATS):
+        e = restitution if repeat < REPEATS - 1 else np.zeros(count)
+        state, done = answer(rows, bounds, e, law, x, now, book)
+        rub(normal, tangent, friction, x, now, rubbing, book)
+        pressed += now
+        status, reflections = max(status, state), reflections + done
+        approaches(rows, bounds, x, speeds)
+        if not who_approaches(rows, speeds, fastest, hardest, closing):
+            return status, reflections
+    status = max(status, take_all(rows, bounds, 0.0, x, pressed, book, space_for(rows, x)))
+    return status, reflections
+
+
+@jit
+def add_impulses(sizes, directions, impulse):
+    """Adds impulses of sizes (c,) along unit directions (c,3) to impulse (c,3)."""
+    for i in range(len(sizes)):
+        for k in range(3):
+            impulse[i, k] += sizes[i] * directions[i, k]
+
+
+@jit
 def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, impulse, report):
     """Answers the impact of `count` contacts with restitution (c,) and friction (c,): status.
 
     Changes v, L, w (n,3); writes impulse (c,3) [N s] on body b of each contact, and the report.
     """
     report.book[:] = 0.0
-    if count == 1:
+    if count == 1 and friction[0] == 0.0:
         return collide_one(bodies, contacts, restitution[0], v, R, L, w, impulse, report)
     normals = contacts.normal[:count]
     cluster = cluster_of(bodies, contacts, count, R)
@@ -89,17 +136,27 @@ def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, imp
     speeds = np.empty(count)
     approaches(rows, bounds, before, speeds)
     impulse[:count] = 0.0
+    report.reflections[0] = 0
     report.approach[:count] = -speeds
     if impossible(rows, bounds, before, report.certificate):
         return BLOCKED
-    x, given = before.copy(), np.empty(count)
-    if law == TOGETHER:
-        status, report.reflections[0] = reflect(rows, bounds, restitution[:count], x, given, report.book)
+    x, pressed, status = before.copy(), np.zeros(count), SOLVED
+    if not friction[:count].any():
+        status, report.reflections[0] = answer(rows, bounds, restitution[:count], law, x, pressed, report.book)
+        add_impulses(pressed, normals, impulse)
     else:
-        status, report.reflections[0] = take_turns(rows, bounds, restitution[:count], x, given, report.book)
-    for i in range(count):
-        for k in range(3):
-            impulse[i, k] = given[i] * normals[i, k]
+        first, second = tangents_of(normals)
+        tangent = (
+            (rows_along(cluster, contacts, first), bounds_along(bodies, contacts, first, v, w)),
+            (rows_along(cluster, contacts, second), bounds_along(bodies, contacts, second, v, w)),
+        )
+        rubbing = np.zeros((count, 2))
+        status, report.reflections[0] = answer_with_friction(
+            (rows, bounds), tangent, restitution[:count], friction[:count], law, x, pressed, rubbing, report.book
+        )
+        add_impulses(pressed, normals, impulse)
+        add_impulses(rubbing[:, 0], first, impulse)
+        add_impulses(rubbing[:, 1], second, impulse)
     change_velocities(bodies, cluster, R, x - before, v, L, w)
     return status
 

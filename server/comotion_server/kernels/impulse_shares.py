@@ -35,7 +35,7 @@ def same_push(A, push, shares):
 def share_push(A, push, one_sided, multiplier):
     """Replaces multiplier (m,) of tight rows A (m,n) by the unique one with A^T multiplier = push (n,).
 
-    Not negative where one_sided (m,) bool. A result that rounding has spoilt is dropped: the old one stays.
+    Not negative where one_sided (m,) bool. Returns whether there is one; if not, the old one stays.
     """
     m, n = A.shape
     rows, bounds, equal = np.zeros((n + m, m)), np.zeros(n + m), np.zeros(n + m, np.bool_)
@@ -59,3 +59,5 @@ def share_push(A, push, one_sided, multiplier):
                 shares[i] = max(shares[i], 0.0)
         if same_push(A, push, shares):
             multiplier[:] = shares
+            return True
+    return False

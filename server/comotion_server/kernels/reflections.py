@@ -20,7 +20,11 @@ from comotion_server.kernels.jit import jit
 APPROACH = 1e-9  # of the largest approach before: slower is none. A constant of the law: it decides who takes part
 MOST_ROWS = 1_000_000  # rows times reflections; above it the rest is taken at once. Mass ratio 1e10 against a wall: 6e5
 PATIENCE = 200  # reflections before asking whether the cluster carries a stress of its own; ten times that to ask again
-LOST, WORK = 0, 1  # in a book (2,) [J]: taken by restitution; done by motion that is given
+LOST, WORK, RUBBED = (
+    0,
+    1,
+    2,
+)  # in a book (3,) [J]: taken by restitution; done by motion that is given; taken by friction
 
 
 @jit
@@ -105,7 +109,7 @@ def reflect(rows, bounds, restitution, x, impulse, book):
     """Answers all rows that approach: x (k,6) becomes the velocities after, impulse (c,) what it took: status, count.
 
     When reflections do not end: with a stress of its own the cluster stops, JAMMED; elastic ones are taken once more
-    from the start, all touching rows at once, and what is left plastically, CAPPED. book (2,) holds LOST and WORK.
+    from the start, all touching rows at once, and what is left plastically, CAPPED. book (3,) holds LOST and WORK.
     """
     count = len(bounds)
     space = space_for(rows, x)
