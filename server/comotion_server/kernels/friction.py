@@ -15,7 +15,7 @@ import numpy as np
 
 from comotion_server.kernels.cluster_parts import parts_of
 from comotion_server.kernels.cluster_projection import part_matrix
-from comotion_server.kernels.cluster_rows import along_row
+from comotion_server.kernels.cluster_rows import along_row, bounds_along, rows_along
 from comotion_server.kernels.coulomb_discs import descend
 from comotion_server.kernels.dual_active_set import DEPENDENT
 from comotion_server.kernels.impulse_shares import share_push
@@ -29,7 +29,7 @@ from comotion_server.kernels.orthogonal_rows import (
     solve_forward,
     split_row,
 )
-from comotion_server.kernels.reflections import RUBBED, WORK
+from comotion_server.kernels.reflections import RUBBED, WORK, largest_of
 from comotion_server.kernels.vectors import cross, row, unit
 
 ROUNDS = 40  # of bounds; each starts where the last ended
@@ -60,41 +60,47 @@ def press_again(N, factors, count, pressed, T, rubbing, pressing):
         advance(push, -rubbing[k], T[k])
     for j in range(count):
         along[j] = inner(factors.basis[j], push)
-    push[:] = 0.0
+    push[:], pressing[:] = 0.0, pressed
     for j in range(count):
         advance(push, along[j], factors.basis[j])
-    pressing[:] = pressed
     if count == len(pressed):
         solve_back(factors, count, along)
         for j in range(count):
             pressing[factors.rows[j]] += along[j]
         return
+    one_sided = np.ones(len(pressed), np.bool_)
     for i in range(len(pressed)):
         advance(push, pressed[i], N[i])
-    one_sided = np.ones(len(pressed), np.bool_)
-    if not share_push(N, push, one_sided, pressing):
-        share_push(N, push, ~one_sided, pressing)
+    while not share_push(N, push, one_sided, pressing) and one_sided[0]:
+        one_sided[:] = False
+
+
+@jit
+def take_out_normals(factors, count, N, c, T, slip, g, inside):
+    """Tangents (2f,n) without their part in the span of the normals, and their slip g (2f,) with those stopped."""
+    stopped, toward, h = np.empty(count), np.zeros(N.shape[1]), np.empty(len(factors.rows))
+    for j in range(count):
+        stopped[j] = c[factors.rows[j]]
+    solve_forward(factors, count, stopped)
+    for j in range(count):
+        advance(toward, stopped[j], factors.basis[j])
+    for k in range(len(T)):
+        g[k] = slip[k] - inner(T[k], toward)
+        split_row(factors, count, T[k], h, inside[k])
 
 
 @jit
 def rub_part(N, c, T, slip, friction, pressing, rubbing, d):
     """Friction of one part; the heat [J]. pressing (f,) goes in frictionless and comes out with friction.
 
-    Writes rubbing (2f,), tangential impulses, and d (n,). A contact that would have to pull is marked by pressing < 0.
+    Writes rubbing (2f,), tangential impulses, and d (n,). A contact that would have to pull has pressing < 0.
     """
     f, n = N.shape
     factors, count = span_of(N)
-    stopped, toward = np.empty(count), np.zeros(n)
-    for j in range(count):
-        stopped[j] = c[factors.rows[j]]
-    solve_forward(factors, count, stopped)
-    for j in range(count):
-        advance(toward, stopped[j], factors.basis[j])
-    g, inside, h = np.empty(2 * f), np.empty((2 * f, n)), np.empty(len(factors.rows))
-    for k in range(2 * f):
-        g[k] = slip[k] - inner(T[k], toward)
-        split_row(factors, count, T[k], h, inside[k])
-    pressed, radius, rubbing[:] = pressing.copy(), np.zeros(f), 0.0
+    g, inside = np.empty(2 * f), np.empty((2 * f, n))
+    take_out_normals(factors, count, N, c, T, slip, g, inside)
+    pressed, radius = pressing.copy(), np.zeros(f)
+    rubbing[:], d[:] = 0.0, 0.0
     for _ in range(ROUNDS):
         change = 0.0
         for i in range(f):
@@ -123,50 +129,74 @@ def tangents_of(normals):
 
 
 @jit
-def rub_rows(normal, tangent, friction, chosen, members, place, x, impulse, rubbing, book):
-    """Friction of one part, its loaded rows `chosen`; a contact that would have to pull loses its grip."""
-    rows, bounds = normal
-    while len(chosen) > 0:
-        N, f = part_matrix(rows, chosen, place, len(members)), len(chosen)
-        T, slip, c = np.empty((2 * f, N.shape[1])), np.empty(2 * f), np.empty(f)
-        for k in range(2):
-            T[k::2] = part_matrix(tangent[k][0], chosen, place, len(members))
+def part_arrays(normal, tangent, chosen, members, x):
+    """Dense N, c, T and slip of the loaded rows `chosen` of one part."""
+    f, n = len(chosen), 6 * len(members)
+    place = np.empty(len(x), np.int64)
+    for j in range(len(members)):
+        place[members[j]] = j
+    N, T, one, c, slip = np.empty((f, n)), np.empty((2 * f, n)), np.empty((f, n)), np.empty(f), np.empty(2 * f)
+    part_matrix(normal[0], chosen, place, N)
+    for k in range(2):
+        part_matrix(tangent[k][0], chosen, place, one)
         for r in range(f):
-            c[r] = along_row(rows, chosen[r], x) - bounds[chosen[r]]
-            for k in range(2):
-                slip[2 * r + k] = along_row(tangent[k][0], chosen[r], x) - tangent[k][1][chosen[r]]
-        pressing, rub, d = impulse[chosen], np.empty(2 * f), np.zeros(N.shape[1])
-        heat = rub_part(N, c, T, slip, friction[chosen], pressing, rub, d)
-        weakest = np.argmin(pressing)
-        if pressing[weakest] >= 0.0:
-            book[RUBBED] += heat
-            for r in range(f):
-                i = chosen[r]
-                book[WORK] += (pressing[r] - impulse[i]) * bounds[i]
-                impulse[i] = pressing[r]
-                for k in range(2):
-                    rubbing[i, k] += rub[2 * r + k]
-                    book[WORK] += rub[2 * r + k] * tangent[k][1][i]
-            for j in range(len(members)):
-                for k in range(6):
-                    x[members[j], k] += d[6 * j + k]
-            return
-        chosen = np.delete(chosen, weakest)
+            T[2 * r + k] = one[r]
+            slip[2 * r + k] = along_row(tangent[k][0], chosen[r], x) - tangent[k][1][chosen[r]]
+            c[r] = along_row(normal[0], chosen[r], x) - normal[1][chosen[r]]
+    return N, c, T, slip
 
 
 @jit
-def rub(normal, tangent, friction, x, impulse, rubbing, book):
-    """Friction (c,) at the contacts that normal impulses (c,) have just loaded: changes x (k,6) and both impulses.
+def rub(bodies, contacts, cluster, normal, friction, v, w, x, pressed, impulse, book):
+    """Friction (c,) at the contacts that normal impulses `pressed` (c,) have just loaded.
 
-    normal: rows and bounds along the normals; tangent: two of these along the tangents; rubbing (c,2) is added to.
+    normal: rows and bounds along the normals. Changes x (k,6) and pressed, adds the tangential part to impulse (c,3).
+    A contact that would have to pull loses its grip, and the others of its part are answered again without it.
     """
-    loaded = impulse > LOADED * impulse.max()
-    parts = parts_of(normal[0].link, loaded, len(x))
-    place = np.empty(len(x), np.int64)
+    rows, bounds = normal
+    first, second = tangents_of(contacts.normal[: len(bounds)])
+    tangent = (
+        (rows_along(cluster, contacts, first), bounds_along(bodies, contacts, first, v, w)),
+        (rows_along(cluster, contacts, second), bounds_along(bodies, contacts, second, v, w)),
+    )
+    loaded, least = np.empty(len(bounds), np.bool_), LOADED * largest_of(pressed)
+    for i in range(len(bounds)):
+        loaded[i] = pressed[i] > least
+    parts = parts_of(rows.link, loaded, len(x))
     for p in range(parts.count):
         chosen = parts.rows[parts.first_row[p] : parts.first_row[p + 1]].copy()
         members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
-        for j in range(len(members)):
-            place[members[j]] = j
-        if friction[chosen].any():
-            rub_rows(normal, tangent, friction, chosen, members, place, x, impulse, rubbing, book)
+        while len(chosen) > 0:
+            f = len(chosen)
+            N, c, T, slip = part_arrays(normal, tangent, chosen, members, x)
+            pressing, grip, rubbing, d = np.empty(f), np.empty(f), np.empty(2 * f), np.empty(N.shape[1])
+            for r in range(f):
+                pressing[r], grip[r] = pressed[chosen[r]], friction[chosen[r]]
+            heat = rub_part(N, c, T, slip, grip, pressing, rubbing, d)
+            weakest = 0
+            for r in range(f):
+                weakest = r if pressing[r] < pressing[weakest] else weakest
+            if pressing[weakest] >= 0.0:
+                book[RUBBED] += heat
+                give(chosen, members, bounds, tangent, (first, second), pressing, rubbing, d, x, pressed, impulse, book)
+                break
+            for r in range(weakest, f - 1):
+                chosen[r] = chosen[r + 1]
+            chosen = chosen[: f - 1]
+
+
+@jit
+def give(chosen, members, bounds, tangent, directions, pressing, rubbing, d, x, pressed, impulse, book):
+    """Books the friction of one part and applies it."""
+    for r in range(len(chosen)):
+        i = chosen[r]
+        book[WORK] += (pressing[r] - pressed[i]) * bounds[i]
+        pressed[i] = pressing[r]
+        for k in range(2):
+            rubbed = rubbing[2 * r + k]
+            book[WORK] += rubbed * tangent[k][1][i]
+            for m in range(3):
+                impulse[i, m] += rubbed * directions[k][i, m]
+    for j in range(len(members)):
+        for k in range(6):
+            x[members[j], k] += d[6 * j + k]

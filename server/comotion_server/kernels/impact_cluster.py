@@ -32,18 +32,9 @@ from comotion_server.kernels.cluster_rows import (
 )
 from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, JAMMED, SOLVED
 from comotion_server.kernels.flight import SPIN_FREE
-from comotion_server.kernels.friction import rub, tangents_of
+from comotion_server.kernels.friction import rub
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.reflections import (
-    LOST,
-    RUBBED,
-    WORK,
-    approaches,
-    reflect,
-    space_for,
-    take_all,
-    who_approaches,
-)
+from comotion_server.kernels.reflections import LOST, RUBBED, WORK, approaches, largest_of, reflect, who_approaches
 from comotion_server.kernels.sequential_impacts import take_turns
 from comotion_server.kernels.single_impact import collide_one
 from comotion_server.kernels.vectors import cross, dot, row, sub
@@ -51,7 +42,7 @@ from comotion_server.kernels.vectors import cross, dot, row, sub
 __all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "RUBBED", "SOLVED", "WORK", "Cluster"]
 
 TOGETHER, SEQUENTIAL = 0, 1  # laws
-REPEATS = 6  # of restitution and friction, the last without rebound
+REPEATS = 5  # of restitution and friction; a last one has neither
 WEAK = 1e-6  # relative: equalities closer to the span of others are left out; patches whose normals differ by 1e-8 tilt
 
 
@@ -71,48 +62,6 @@ def new_report(capacity):
 
 
 @jit
-def impossible(rows, bounds, x, certificate):
-    """Whether no motion satisfies all rows; without given motion rest always does. Marks certificate (c,)."""
-    certificate[: len(bounds)] = False
-    if not bounds.any():
-        return False
-    count = len(bounds)
-    everywhere, equal = np.ones(count, np.bool_), np.zeros(count, np.bool_)
-    status, _ = project_cluster(
-        rows, bounds, everywhere, equal, 0.0, x, np.empty_like(x), np.empty(count), certificate[:count]
-    )
-    return status == BLOCKED
-
-
-@jit
-def answer(rows, bounds, restitution, law, x, pressed, book):
-    """The frictionless answer of a law: status, and its reflections or impacts."""
-    if law == TOGETHER:
-        return reflect(rows, bounds, restitution, x, pressed, book)
-    return take_turns(rows, bounds, restitution, x, pressed, book)
-
-
-@jit
-def answer_with_friction(normal, tangent, restitution, friction, law, x, pressed, rubbing, book):
-    """Restitution, then friction; once more where friction makes another contact close, at last without rebound."""
-    rows, bounds = normal
-    count, reflections, status = len(bounds), 0, SOLVED
-    speeds, now, closing = np.empty(count), np.empty(count), np.empty(count, np.bool_)
-    fastest, hardest = approaches(rows, bounds, x, speeds)
-    for repeat in range(REPEATS):
-        e = restitution if repeat < REPEATS - 1 else np.zeros(count)
-        state, done = answer(rows, bounds, e, law, x, now, book)
-        rub(normal, tangent, friction, x, now, rubbing, book)
-        pressed += now
-        status, reflections = max(status, state), reflections + done
-        approaches(rows, bounds, x, speeds)
-        if not who_approaches(rows, speeds, fastest, hardest, closing):
-            return status, reflections
-    status = max(status, take_all(rows, bounds, 0.0, x, pressed, book, space_for(rows, x)))
-    return status, reflections
-
-
-@jit
 def add_impulses(sizes, directions, impulse):
     """Adds impulses of sizes (c,) along unit directions (c,3) to impulse (c,3)."""
     for i in range(len(sizes)):
@@ -124,40 +73,49 @@ def add_impulses(sizes, directions, impulse):
 def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, impulse, report):
     """Answers the impact of `count` contacts with restitution (c,) and friction (c,): status.
 
-    Changes v, L, w (n,3); writes impulse (c,3) [N s] on body b of each contact, and the report.
+    Changes v, L, w (n,3); writes impulse (c,3) [N s] on body b of each contact, and the report. With friction, the
+    law's answer is rubbed; if that makes another contact close, both are repeated, at last without rebound or friction.
     """
     report.book[:] = 0.0
-    if count == 1 and friction[0] == 0.0:
+    rubs = largest_of(friction[:count]) > 0.0
+    if count == 1 and not rubs:
         return collide_one(bodies, contacts, restitution[0], v, R, L, w, impulse, report)
-    normals = contacts.normal[:count]
+    normals, e = contacts.normal[:count], restitution[:count].copy()
     cluster = cluster_of(bodies, contacts, count, R)
     rows, bounds = rows_along(cluster, contacts, normals), bounds_along(bodies, contacts, normals, v, w)
-    before = scaled_velocities(cluster, v, L)
-    speeds = np.empty(count)
-    approaches(rows, bounds, before, speeds)
+    x, now, speeds, closing = (
+        scaled_velocities(cluster, v, L),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count, np.bool_),
+    )
+    before, status = x.copy(), SOLVED
+    fastest, hardest = approaches(rows, bounds, x, speeds)
+    for i in range(count):
+        report.approach[i] = -speeds[i]
     impulse[:count] = 0.0
     report.reflections[0] = 0
-    report.approach[:count] = -speeds
-    if impossible(rows, bounds, before, report.certificate):
-        return BLOCKED
-    x, pressed, status = before.copy(), np.zeros(count), SOLVED
-    if not friction[:count].any():
-        status, report.reflections[0] = answer(rows, bounds, restitution[:count], law, x, pressed, report.book)
-        add_impulses(pressed, normals, impulse)
-    else:
-        first, second = tangents_of(normals)
-        tangent = (
-            (rows_along(cluster, contacts, first), bounds_along(bodies, contacts, first, v, w)),
-            (rows_along(cluster, contacts, second), bounds_along(bodies, contacts, second, v, w)),
-        )
-        rubbing = np.zeros((count, 2))
-        status, report.reflections[0] = answer_with_friction(
-            (rows, bounds), tangent, restitution[:count], friction[:count], law, x, pressed, rubbing, report.book
-        )
-        add_impulses(pressed, normals, impulse)
-        add_impulses(rubbing[:, 0], first, impulse)
-        add_impulses(rubbing[:, 1], second, impulse)
-    change_velocities(bodies, cluster, R, x - before, v, L, w)
+    for repeat in range(REPEATS + 1):
+        if repeat == REPEATS:
+            e[:] = 0.0
+        if law == SEQUENTIAL:
+            state, done = take_turns(rows, bounds, e, x, now, report.book)
+            status, report.reflections[0] = max(status, state), report.reflections[0] + done
+            add_impulses(now, normals, impulse)
+            e[:] = 0.0
+        state, done = reflect(rows, bounds, e, x, now, report.book, report.certificate[:count])
+        status, report.reflections[0] = max(status, state), report.reflections[0] + done
+        if status == BLOCKED:
+            impulse[:count] = 0.0
+            report.book[:] = 0.0
+            return status
+        if rubs and repeat < REPEATS:
+            rub(bodies, contacts, cluster, (rows, bounds), friction, v, w, x, now, impulse, report.book)
+        add_impulses(now, normals, impulse)
+        approaches(rows, bounds, x, speeds)
+        if not rubs or not who_approaches(rows, speeds, fastest, hardest, closing):
+            break
+    change_velocities(bodies, cluster, R, before, x, v, L, w)
     return status
 
 
@@ -220,7 +178,7 @@ def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impuls
     y, chosen = np.empty_like(x), np.ones(count, np.bool_)
     status, _ = project_cluster(rows, bounds, chosen, equal[:count], WEAK, x, y, impulse[:count], certificate[:count])
     if status != BLOCKED:
-        change_velocities(bodies, cluster, R, y - x, v, L, w)
+        change_velocities(bodies, cluster, R, x, y, v, L, w)
     return status
 
 

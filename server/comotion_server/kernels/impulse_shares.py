@@ -18,14 +18,14 @@ SAME_PUSH = 1e-12  # of the sum of the terms: shares that miss the push by more 
 def same_push(A, push, shares):
     """Whether A^T shares = push (n,)."""
     m, n = A.shape
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(push[k]))
     for k in range(n):
         total, terms = -push[k], abs(push[k])
         for i in range(m):
             total += A[i, k] * shares[i]
             terms += abs(A[i, k]) * abs(shares[i])
-        largest = 0.0
-        for i in range(n):
-            largest = max(largest, abs(push[i]))
         if abs(total) > SAME_PUSH * (terms + largest):
             return False
     return True
@@ -51,7 +51,14 @@ def share_push(A, push, one_sided, multiplier):
             count += 1
     shares, forces = np.empty(m), np.empty(n + m)
     status = project(
-        rows[:count], bounds[:count], equal[:count], 1e-9, np.zeros(m), shares, forces[:count], equal[:count].copy()
+        rows[:count],
+        bounds[:count],
+        equal[:count],
+        1e-9,
+        np.zeros(m),
+        shares,
+        forces[:count],
+        np.empty(count, np.bool_),
     )
     if status == SOLVED:
         for i in range(m):
