@@ -37,6 +37,11 @@ class Part:
     inertia: np.ndarray = None  # of unit density; None: the mesh's own
 
 
+def inside_out(mesh):
+    """A container with the surface of a mesh: its solid side is outside."""
+    return TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1])
+
+
 def centred(mesh):
     """The same mesh about its centre of mass."""
     return TriangleMesh(mesh.vertices - mass_properties(mesh.vertices, mesh.triangles).centre, mesh.triangles)
@@ -90,10 +95,17 @@ class Play:
         )
         self.scene = Scene(bodies, Solids(store.arrays, kind, shape, normal, radius, near), flights, x, v, R, L, w)
         self.rules = Rules(
-            np.zeros(n, np.int64), np.full((1, 1), restitution), np.zeros((1, 1)), law, angle, 0.0, resting, False
+            np.zeros(n, np.int64),
+            np.full((1, 1), restitution),
+            np.zeros((1, 1)),
+            law,
+            angle,
+            0.0,
+            bool(resting),
+            bool(0),
         )
         grain = np.full(n, 64 * np.spacing(max(np.abs(x).max(), size[np.isfinite(size)].max())))
-        self.queue = new_queue(x, radius, tolerance * size, grain, pairs or 40 * n + 100, 4000, 200_000)
+        self.queue = new_queue(x, radius, tolerance * size, grain, 40 * n + 100, 4000, 200_000)
         self.time = 0.0
         self.zero = np.zeros((n, 3))
         self.torque = self.zero

@@ -41,7 +41,7 @@ def _taken_up(bodies, i, x, arm, J, c, ledger):
 
 @jit
 def given_by(bodies, contacts, count, x, impulse, book, c, ledger):
-    """What `count` contacts with impulse (c,3) on b give to the bodies, and the energy by the law's book, to the ledger."""
+    """What `count` contacts with impulse (c,3) on b give to the bodies, and the energy by the law's book."""
     ledger[:] = 0.0
     for i in range(count):
         J = row(impulse, i)

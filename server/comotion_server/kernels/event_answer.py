@@ -57,7 +57,7 @@ def note_impacts(queue, scene):
 
 @jit
 def _level_gap(rules, size, reach, closing):
-    """Up to which gap [m] the points of level faces belong to a contact: faces of this size, tilted within the angle."""
+    """Up to which gap [m] points of level faces belong to a contact: faces of this size, tilted within the angle."""
     return max(reach, LEVEL * rules.angle * size, rules.duration * closing)
 
 

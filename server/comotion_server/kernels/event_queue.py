@@ -146,10 +146,10 @@ def take_off(queue, scene, i, time):
 @jit
 def start(queue, scene):
     """Find the pairs of all bodies; False where there are more than room for."""
+    complete = True
     for i in range(len(queue.held)):
-        if not look_around(queue, scene, i, 0.0):
-            return False
-    return True
+        complete &= look_around(queue, scene, i, 0.0)
+    return complete
 
 
 @jit
@@ -170,7 +170,7 @@ def begin_step(queue, scene, elapsed):
 
 @jit
 def _follow(queue, scene, k, until):
-    """How the time of impact of pair k ended, followed as long as it is the first in the heap; its time there is new."""
+    """How the time of impact of pair k ended, followed as long as it is the first in the heap; it gets a new time."""
     pairs = queue.pairs
     memory, a, b = pairs.memory[k], pairs.bodies[k, 0], pairs.bodies[k, 1]
     key = max(second_time(queue.heap), np.nextafter(memory[TIME], inf))
@@ -222,7 +222,7 @@ def _hit(queue, scene, rules, k, time):
     code = _for_caller(queue, scene, rules, time)
     if code != DONE:
         return code
-    if not _count_run(queue, k, time):
+    if cluster.size[CONTACTS] == 0 or not _count_run(queue, k, time):
         return STALLED
     if answer(queue, scene, rules) == LAW_BLOCKED:
         return BLOCKED
@@ -248,7 +248,8 @@ def play(queue, scene, rules, until):
     SPENT      as many hits were answered as tally[LEFT] allowed
     STALLED    numbers are too coarse to follow pair tally[ROW]
     OVERLAPPING  the bodies of pair tally[ROW] intersect
-    The local time is in queue.now; the cluster, with its states at that time, in queue.cluster and the scene; all other bodies are where their flights have them then. Calling again goes on.
+    The local time is in queue.now; the cluster, with its states at that time, is in queue.cluster and the scene; all
+    other bodies are where their flights have them. Calling again goes on.
     """
     n = len(queue.held)
     while True:
@@ -267,10 +268,10 @@ def play(queue, scene, rules, until):
             return ISLAND
         k = item - 2 * n
         status = _follow(queue, scene, k, until)
-        if status == OVERLAPS or status == STALLS:
+        if status in (OVERLAPS, STALLS):
             queue.tally[ROW] = k
             return OVERLAPPING if status == OVERLAPS else STALLED
-        if (status == MEETS or status == TOUCHES) and first(queue.heap)[1] == item:
+        if status in (MEETS, TOUCHES) and first(queue.heap)[1] == item:
             queue.now[0] = queue.pairs.memory[k, TIME]
             code = _hit(queue, scene, rules, k, queue.now[0])
             if code != DONE:

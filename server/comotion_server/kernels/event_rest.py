@@ -1,8 +1,8 @@
 """Which clusters come to rest: hops lower than the distance within which bodies touch cannot be told from contact.
 
 A contact is pressed when its gap accelerates towards zero on the flights as they are. From a speed u it then hops by
-u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go to and fro between others
-come to rest as well: the way that a pair went apart since its last impact, (t - t_last) u, falls below some delta.
+u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go to and fro between
+others come to rest as well: the way that a pair went apart since its last impact, (t - t_last) u, falls below delta.
 """
 
 from math import sqrt
@@ -56,7 +56,7 @@ def hops_low(queue, scene, i, opening, acceleration):
 
 @jit
 def comes_to_rest(queue, scene, time):
-    """Whether all contacts that close would hop no higher than they touch, or went no farther since their last impact."""
+    """Whether all contacts that close would hop no higher than they touch, or have gone no farther since they last hit."""
     cluster, pairs, turned = queue.cluster, queue.pairs, queue.turned
     closing = False
     for i in range(cluster.size[CONTACTS]):

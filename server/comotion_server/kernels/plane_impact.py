@@ -153,7 +153,7 @@ class Step(NamedTuple):
     gap: float  # of the corner that is lowest, of those that close where they have come down to the target [m]
     closing: float  # speed at which it closes [m/s]
     arm: Vector  # of that corner from the centre of the mesh, in the axes of a [m]
-    met: bool  # whether it has come down to the target and closes
+    met: int  # 1: it has come down to the target and closes
 
 
 @jit
@@ -161,8 +161,8 @@ def _with_corner(step, fall, r, J, target, still, extent):
     """The `Step` that one more corner leaves."""
     line = corner_line(fall, r)
     time = min(step.time, line_time(line, J, target, step.time)) if line[0] > 0.0 else 0.0
-    met = -line[1] > still and come_down(line[0], target, extent)
-    if (met and not step.met) or (met == step.met and line[0] < step.gap):
+    met = 1 if -line[1] > still and come_down(line[0], target, extent) else 0
+    if met > step.met or (met == step.met and line[0] < step.gap):
         return Step(time, line[0], -line[1], r, met)
     return Step(time, step.gap, step.closing, step.arm, step.met)
 
@@ -176,7 +176,7 @@ def first_step(m, shape, fall, R, side, target, still, horizon, nodes):
     rise = add(cross(fall.n, fall.spin), fall.turn)
     rise_mesh = rise if side == 1 else rotated_back(R, rise)
     extent = length(fall.centre) + m.size[shape]
-    step = Step(horizon, inf, 0.0, ZERO, False)
+    step = Step(horizon, inf, 0.0, ZERO, 0)
     nodes[0, 0] = m.root[shape]
     top = 1
     while top > 0:
@@ -259,7 +259,7 @@ def advance_plane(
         if not step.gap > 0.0:
             return OVERLAPS if now == begin else STALLS
         moves = now + step.time > now
-        if step.met or (not moves and step.gap <= tolerance and step.closing > still):
+        if step.met == 1 or (not moves and step.gap <= tolerance and step.closing > still):
             write_findings(states, _touch(step, fall, relative, side), now, findings)
             return TOUCHES if now == begin else MEETS
         if not moves:
