@@ -3,7 +3,6 @@
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
 from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
@@ -68,7 +67,7 @@ def queue_of(world: World, solids: Solids) -> Queue:
     finite = np.isfinite(solids.radius)
     extent = np.abs(world.state.position[finite]).max(axis=1, initial=0.0) + solids.radius[finite]
     grain = np.full(world.body_count, ROUNDINGS * np.spacing(max(extent, default=1.0)))
-    return new_queue(
+    queue: Queue = new_queue(
         world.state.position,
         solids.radius,
         world.scene.collisions.tolerance * 2.0 * solids.radius,
@@ -77,3 +76,4 @@ def queue_of(world: World, solids: Solids) -> Queue:
         CONTACT_ROOM,
         LOG_ROOM,
     )
+    return queue

@@ -53,4 +53,5 @@ class Island:
 
     def impulses(self, time: float) -> Array:
         """Impulse (c,3) of each contact on its body b until `time` [N s]."""
-        return np.einsum("s,sc,sci->ci", self.weights(time), self.course.force, self.course.normal)
+        impulses: Array = np.einsum("s,sc,sci->ci", self.weights(time), self.course.force, self.course.normal)
+        return impulses

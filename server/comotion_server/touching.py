@@ -48,8 +48,8 @@ class Touching:
     def totals(self, values: Array) -> Array:
         """The sum over all contacts of the same pair, for each contact (c,)."""
         _, where = np.unique(self.pair, return_inverse=True)
-        sums: Array = np.bincount(where, weights=values, minlength=1)[where] if len(values) else values
-        return sums
+        sums: Array = np.bincount(where, weights=values, minlength=1).astype(np.float64)
+        return sums[where]
 
 
 @dataclass(slots=True)
