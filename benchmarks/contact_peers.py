@@ -10,7 +10,7 @@ from comotion_server.kernels.jit import jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, take_over
 from comotion_server.kernels.pair_window import QUERIES
-from comotion_server.kernels.time_of_impact import FINDINGS, FIRST_WIDTH, MEETS, TIME, advance
+from comotion_server.kernels.time_of_impact import FINDINGS, MEETS, TIME, advance, new_memory
 from comotion_server.kernels.vectors import add, cross, dot, sub
 
 MOST_QUERIES = 100_000
@@ -73,11 +73,11 @@ def repeat_ours(m, flights, bodies, shape_b, end, tolerance, near, work, counts,
     """(time, distance queries) of our own query, asked `repeats` times from the beginning."""
     findings, found = np.empty(FINDINGS), inf
     for _ in range(repeats):
-        memory, witness = np.array([0.0, 0.0, FIRST_WIDTH]), np.full(2, -1)
+        memory, witness = new_memory(1)
         counts[:] = 0
         limits = (end, inf, tolerance, near, 1_000_000)
-        status = advance(m, flights, bodies, 0, shape_b, 0, 1, *limits, memory, witness, findings, work, counts)
-        found = memory[TIME] if status == MEETS else inf
+        status = advance(m, flights, bodies, 0, shape_b, 0, 1, *limits, memory[0], witness[0], findings, work, counts)
+        found = memory[0, TIME] if status == MEETS else inf
     return found, counts[QUERIES]
 
 

@@ -12,16 +12,15 @@ from comotion_server.kernels.mesh_pair import closest_points, work_space
 from comotion_server.kernels.motion_bounds import relate
 from comotion_server.kernels.pair_window import COUNTS, LONGEST, new_work
 from comotion_server.kernels.time_of_impact import (
-    FIRST_WIDTH,
     MEETS,
     NORMAL,
     POINT_A,
     POINT_B,
-    TARGET,
     TIME,
     TOUCHES,
-    WIDTH,
     advance,
+    forget_flight,
+    new_memory,
 )
 from comotion_server.meshes.mesh_store import MeshStore
 
@@ -51,7 +50,7 @@ class TwoBodies:
         self.near, self.tolerance = near, tolerance
         self.x, self.v, self.R, self.L, self.w = (np.zeros((2, *s)) for s in ((3,), (3,), (3, 3), (3,), (3,)))
         self.work, self.walk = new_work(), work_space()
-        self.memory, self.witness = np.array([0.0, 0.0, FIRST_WIDTH]), np.full(2, -1)
+        (self.memory,), (self.witness,) = new_memory(1)
         self.place(0.0)
 
     def place(self, time):
@@ -80,7 +79,7 @@ class TwoBodies:
             point = p if i == 0 else q
             push(self.bodies, i, self.x, self.v, self.R, self.L, self.w, point, sign * size * n, True)  # noqa: FBT003
             begin(self.flights, self.bodies, i, time, self.x[i], self.v[i], self.R[i], self.L[i], self.w[i])
-        self.memory[TARGET], self.memory[WIDTH] = 0.0, FIRST_WIDTH
+        forget_flight(self.memory, time)
 
     def least_bounce(self):
         """Speed [m/s] of a hop that clears the tolerance: lower ones are rest, which is not the query's matter."""

@@ -17,12 +17,12 @@ from comotion_server.kernels.time_of_impact import (
     CLOSING,
     CONTACT_TIME,
     FINDINGS,
-    FIRST_WIDTH,
     GAP,
     NORMAL,
     POINT_A,
     POINT_B,
     advance,
+    new_memory,
 )
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def time_of_impact(
         raise MotionError(f"budget must be at least 1; got {budget}")
     m, shape_b = arrays_of(a, b)
     flights, bodies = flights_of((motion_a, motion_b))
-    memory, witness = np.array([0.0, 0.0, FIRST_WIDTH]), np.full(2, -1)
+    (memory,), (witness,) = new_memory(1)
     findings, counts = np.full(FINDINGS, np.nan), np.zeros(COUNTS, np.int64)
     near = max(min(near_distance(a), near_distance(b)), 4.0 * tolerance)
     limits = (float(t_max), inf, float(tolerance), near, int(budget))

@@ -29,7 +29,7 @@ from comotion_server.kernels.rotation import (
     rotate_about_column,
     rotate_left,
 )
-from comotion_server.kernels.vectors import rotated, rotated_back
+from comotion_server.kernels.vectors import along, rotated, rotated_back, row
 
 STILL, AXIS, SYMMETRIC, SPLIT = 0, 1, 2, 3
 
@@ -231,6 +231,14 @@ def begin_drift(flights, x, v, R, L, w):
     flights.momentum[:] = L
     for i in range(x.shape[0]):
         begin_axis(flights, i, w[i, 0], w[i, 1], w[i, 2])
+
+
+@jit
+def motion_of(flights, i, time):
+    """(x, v) of the centre of mass of body i at local `time`, as tuples."""
+    t, a = time - flights.origin[i], row(flights.acceleration, i)
+    x, v = row(flights.position, i), row(flights.velocity, i)
+    return along(along(x, t, v), 0.5 * t * t, a), along(v, t, a)
 
 
 @jit

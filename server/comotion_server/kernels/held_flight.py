@@ -18,11 +18,11 @@ import numpy as np
 
 from comotion_server.kernels.cluster_rows import place_of
 from comotion_server.kernels.contact_motion import refresh
-from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, begin, fly, inertia_about
+from comotion_server.kernels.flight import SPIN_FREE, STILL, angular_velocity_of, begin, fly, inertia_about
 from comotion_server.kernels.impact_cluster import SOLVED, hold
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.motion_bounds import angular_acceleration
-from comotion_server.kernels.vectors import add, cross, dot, row
+from comotion_server.kernels.vectors import add, cross, dot, length, row
 
 STAGES = 4
 STRAYS = 4.0 / 162.0  # largest s^2 (1 - s) / 6 in [0, 1]: how far the flight strays on the way, times (k4 - k1) h^2
@@ -76,14 +76,15 @@ def evaluate(solids, flights, bodies, contacts, count, members, free, state, cou
     """
     x, v, R, L, w = state
     for i in range(count):
-        speed, bias, margin = refresh(solids, contacts, i, x, v, R, w)
+        margin, speed, bias = refresh(solids, contacts, i, x, v, R, w)
         course.speed[stage, i], course.margin[stage, i] = speed, margin
         course.bias[i] = bias + _given_acceleration(flights, bodies, contacts, i, R, L, w)
         course.normal[stage, i] = contacts.normal[i]
     force, torque = free
     acceleration, angular = answer
+    pressing = course.force[stage]
     status = hold(
-        bodies, contacts, count, course.bias, force, torque, R, L, w, acceleration, angular, course.force[stage], certificate
+        bodies, contacts, count, course.bias, force, torque, R, L, w, acceleration, angular, pressing, certificate
     )
     for j in range(len(members)):
         course.acceleration[stage, j] = acceleration[members[j]]
@@ -109,13 +110,38 @@ def _fly_to(flights, bodies, rows, time, state):
 
 
 @jit
-def _turn_to(bodies, i, R, L, w):
-    """Angular velocity of body i from its momentum, in place."""
+def turn_to(bodies, i, R, L, w):
+    """The angular velocity of body i is made to follow from its momentum."""
     spin = bodies.spin[i]
     if spin == SPIN_FREE:
         angular_velocity_of(R[i], L[i], bodies.moments[i], bodies.principal[i], w[i])
     elif spin >= 0:
         w[i, spin] = L[i, spin] / inertia_about(R[i], bodies.moments[i], bodies.principal[i], spin)
+
+
+@jit
+def _is_steady(flights, members, touched, course, state):
+    """Whether nothing turns, nor will: then normals and contact forces stay as they are."""
+    for i in touched:
+        if flights.kind[i] != STILL and length(row(state[4], i)) > 0.0:
+            return False
+    for j in range(len(members)):
+        if length(row(course.torque[0], j)) > 0.0:
+            return False
+    return True
+
+
+@jit
+def _carry_on(solids, contacts, count, trial, course):
+    """All stages are like the first one; only the points move over their faces."""
+    x, v, R, _, w = trial
+    for stage in range(1, STAGES):
+        course.acceleration[stage], course.torque[stage] = course.acceleration[0], course.torque[0]
+        course.force[stage], course.normal[stage] = course.force[0], course.normal[0]
+        course.margin[stage], course.speed[stage] = course.margin[0], course.speed[0]
+    for i in range(count):
+        course.margin[STAGES - 1, i], course.speed[STAGES - 1, i], _ = refresh(solids, contacts, i, x, v, R, w)
+    return SOLVED
 
 
 @jit
@@ -130,6 +156,10 @@ def try_flight(
     status = evaluate(solids, flights, bodies, contacts, count, members, free, state, course, 0, certificate, answer)
     if status != SOLVED:
         return status
+    if _is_steady(flights, members, touched, course, state):
+        take_off_under(flights, bodies, members, course.acceleration[0], course.torque[0], time, state)
+        _fly_to(flights, bodies, touched, time + h, trial)
+        return _carry_on(solids, contacts, count, trial, course)
     take_off_under(flights, bodies, members, course.acceleration[0], course.torque[0], time, state)
     _fly_to(flights, bodies, touched, time + 0.5 * h, trial)
     for stage in (1, 2):
@@ -145,7 +175,7 @@ def try_flight(
                 for k in range(3):
                     v[i, k] = state[1][i, k] + 0.5 * h * course.acceleration[1, j, k]
                     L[i, k] = state[3][i, k] + 0.5 * h * course.torque[1, j, k]
-                _turn_to(bodies, i, R, L, w)
+                turn_to(bodies, i, R, L, w)
     take_off_under(flights, bodies, members, course.acceleration[2], course.torque[2], time, state)
     _fly_to(flights, bodies, touched, time + h, trial)
     status = evaluate(solids, flights, bodies, contacts, count, members, free, trial, course, 3, certificate, answer)
@@ -154,6 +184,18 @@ def try_flight(
         torque = (course.torque[0] + course.torque[1] + course.torque[2]) / 3.0
         take_off_under(flights, bodies, members, acceleration, torque, time, state)
     return status
+
+
+@jit
+def correct(bodies, members, gains, state):
+    """Adds what velocities and angular momenta (two arrays (k,3)) lack at the end of a sub-step to the state."""
+    _, v, R, L, w = state
+    for j in range(len(members)):
+        i = members[j]
+        for k in range(3):
+            v[i, k] += gains[0][j, k]
+            L[i, k] += gains[1][j, k]
+        turn_to(bodies, i, R, L, w)
 
 
 @jit

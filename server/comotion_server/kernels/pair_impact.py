@@ -1,7 +1,8 @@
 """The contact time of two triangles on flights: proven steps, each by the best of many turning directions.
 
-A hit is a gap within the tolerance that closes; the step that leads there aims at half of it, so the gap at a hit is
-positive. A gap within the tolerance that opens is no hit, and its next step gets away (docs/time_of_impact.md, 4, 5).
+A hit is a gap that has come down to the target, to rounding, and closes; the target is positive, half the tolerance or
+less, so contact times do not depend on where a query began. A gap within the tolerance that opens is no hit, and its
+next step gets away (docs/time_of_impact.md, 4, 5).
 """
 
 from math import sqrt
@@ -17,6 +18,8 @@ FREE, HIT, STALLED = 0, 1, 2  # of a pair over a window
 
 EXPLAINS = 1e-6  # relative: how much of the distance the gap along a normal must reach to be its direction
 ROUNDING = 3e-14  # of the extent, the same absolutely: without it large faces take the noisy difference of points
+SHARP = 1e-6  # relative: how near the target a gap counts as come down to it; steps close in on it from above
+GRAIN = 1e-15  # of the extent, the same absolutely: what computing a gap may lose
 PAIR_STEPS = 2000  # of one pair over one window; more is a stall
 
 
@@ -82,33 +85,41 @@ def touch_of(distance, p, q, n, c, relative):
 
 
 @jit
-def pair_impact(
-    flights, bodies, corners_a, arms_b, begin, end, first, relative, spins, R, tolerance, target, states, own_R
-):
+def come_down(gap, target, extent):
+    """Whether a gap is at its target, to rounding, or below it; extent: size of the coordinates it is found from."""
+    return gap <= target * (1.0 + SHARP) + GRAIN * extent
+
+
+@jit
+def pair_impact(flights, bodies, corners_a, arms_b, window, end, first, relative, spins, R, states, own_R):
     """The contact of two triangles in a window.
 
-    corners_a, arms_b: their corners in their own bodies' axes; begin, end: the window, local time [s]; first:
-    `triangle_points` at its beginning; relative, spins, R: the motion there, spins over the window; tolerance, target
-    [m]; states, own_R: room for `relate`.
+    corners_a, arms_b: their corners in their own bodies' axes; end: local time [s] until which to look; first:
+    `triangle_points` at the window's beginning; relative, spins, R: the motion there, spins over the window; states,
+    own_R: room for `relate`.
     Returns (FREE, HIT or STALLED, time, Touch, steps): apart until `end`, or a contact at `time` with a gap in
     (0, tolerance], or no step possible any more from `time`, until which they are apart.
     """
-    now, steps = begin, 0
+    now, steps = window.begin, 0
     distance, p, q, n = first
     spin_a, spin_b = spins
     while steps < PAIR_STEPS and distance > 0.0:
         c = moving_corners(relative, R, corners_a, arms_b)
-        if distance <= tolerance:
+        touch = NO_TOUCH
+        if distance <= window.tolerance:
             touch = touch_of(distance, p, q, n, c, relative)
-            if touch.closing > 0.0:
-                return HIT, now, touch, steps
             n = touch.normal
+        closes = touch.closing > window.still
+        if closes and come_down(distance, window.target, length(c.a[0]) + length(c.b[0])):
+            return HIT, now, touch, steps
         steps += 1
         horizon = end - now
-        step = safe_time(n, c, limits_of(c, relative, spin_a, spin_b, horizon), target, horizon)
+        step = safe_time(n, c, limits_of(c, relative, spin_a, spin_b, horizon), window.target, horizon)
         if step >= horizon:
             return FREE, end, NO_TOUCH, steps
         if not now + step > now:
+            if closes:
+                return HIT, now, touch, steps
             break
         now += step
         relative = relate(flights, bodies, now, states, own_R)

@@ -86,7 +86,7 @@ def moving_corners(relative, R, corners_a, arms_b):
 
 
 @jit
-def _jerk(spin):
+def unit_jerk(spin):
     """Bound of the third derivative of a point at unit distance: |w''| + 3 |w'| |w| + |w|^3."""
     return spin.jolt + spin.rate * (3.0 * spin.change + spin.rate * spin.rate)
 
@@ -106,11 +106,11 @@ def limits_of(c, relative, spin_a, spin_b, horizon):
     acceleration += (spin_b.change + spin_b.rate * spin_b.rate) * lever_b
     speed = sqrt(speed) + acceleration * horizon
     extent = sqrt(extent) + speed * horizon
-    return Limits(spin_a, spin_b, _jerk(spin_a) * lever_a, _jerk(spin_b) * lever_b, acceleration, speed, extent)
+    return Limits(spin_a, spin_b, unit_jerk(spin_a) * lever_a, unit_jerk(spin_b) * lever_b, acceleration, speed, extent)
 
 
 @jit
-def _across(spin, n):
+def across(spin, n):
     """Length of the part of n that a rotation can move: all of it, or what is normal to a fixed axis."""
     if spin.fixed == 0:
         return 1.0
@@ -123,7 +123,7 @@ def _third(n, m, limits):
     """The bound J of the third derivatives of all f_ij over the window [m/s3]."""
     turning = length(m)
     if turning == 0.0:
-        return _across(limits.spin_a, n) * limits.jerk_a + _across(limits.spin_b, n) * limits.jerk_b
+        return across(limits.spin_a, n) * limits.jerk_a + across(limits.spin_b, n) * limits.jerk_b
     inner = 3.0 * limits.acceleration + turning * (3.0 * limits.speed + turning * limits.extent)
     return limits.jerk_a + limits.jerk_b + turning * inner
 

@@ -43,6 +43,7 @@ class Window(NamedTuple):
     growth: float
     tolerance: float  # [m]
     target: float  # gap that steps aim at [m]
+    still: float  # a gap that closes no faster than this does not close: it is rounding [m/s]
 
 
 class Aim(NamedTuple):
@@ -170,14 +171,12 @@ def _try_pair(m, flights, bodies, i, j, aim, window, relative, spins, work, coun
         bodies,
         corners_a,
         arms_b,
-        window.begin,
+        window,
         found.time,
         first,
         relative,
         spins,
         work.R,
-        window.tolerance,
-        window.target,
         work.states_pair,
         work.R_pair,
     )

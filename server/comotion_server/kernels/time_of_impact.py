@@ -5,7 +5,9 @@ every pair of triangles within reach gets a contact time of its own. A window al
 that starts at a touching pair leaves it in a few. The query can stop at any proven time and be taken up again.
 """
 
-from math import inf
+from math import inf, sqrt
+
+import numpy as np
 
 from comotion_server.kernels.flight import ATTITUDE_TOLERANCE
 from comotion_server.kernels.jit import jit
@@ -13,22 +15,69 @@ from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, sphere_time, take_over
 from comotion_server.kernels.pair_impact import FREE, STALLED
 from comotion_server.kernels.pair_window import PAIRS, QUERIES, STEPS, WINDOWS, Window, first_contact
-from comotion_server.kernels.vectors import along, length, rotated, row
+from comotion_server.kernels.vectors import ZERO, along, dot, length, rotated, row, sub
 
 NONE, MEETS, TOUCHES, OVERLAPS, LATER, SPENT, STALLS = 0, 1, 2, 3, 4, 5, 6  # how a query ends
 
 TIME, TARGET, WIDTH = 0, 1, 2  # of `memory`: proven time [s], target gap [m] (0: not known yet), reach of a window
+KNOWN, OFFSET, TURNED, MEMORY = 3, 4, 7, 16  # distance found last [m] (0: none), and the pose of b seen from a then
 CONTACT_TIME, GAP, CLOSING, POINT_A, POINT_B, NORMAL, FINDINGS = 0, 1, 2, 3, 6, 9, 12  # of `findings`
 
 FIRST_WIDTH = 2.0  # times `near`: the reach of a query's first window
 FEW, MANY = 40, 160  # pairs of triangles in a window: with fewer the next one is wider, with more it is narrower
 NARROWEST, WIDEST = 2.0**-10, 2.0**20
 DRIFT = 0.02  # of the target: what attitudes found leg by leg may have drifted from their flights at a window
+LEFT = 0.5  # of a distance: while more of it is left than this, it is not asked for again
+STILL = 1e-13  # of the bodies' speeds: what rounding may make of a gap that does not change
 TURN = 0.5  # [rad] that both bodies together turn in a window at most; beyond it directions lose their worth
 
 
 @jit
-def _write_findings(states, touch, time, findings):
+def new_memory(count):
+    """Nothing known of `count` pairs: `memory` (count, MEMORY) and `witness` (count, 2)."""
+    memory = np.zeros((count, MEMORY))
+    memory[:, WIDTH] = FIRST_WIDTH
+    return memory, np.full((count, 2), -1, np.int64)
+
+
+@jit
+def forget_flight(memory, time):
+    """One of the bodies took off anew at `time` [s], where they are apart: the gap that is aimed at is open again."""
+    memory[TIME], memory[TARGET], memory[WIDTH] = time, 0.0, FIRST_WIDTH
+
+
+@jit
+def note_distance(memory, distance, offset, R):
+    """Remember the distance [m] of bodies at a pose, as seen from a: offset, R as `relate` gives them."""
+    memory[KNOWN] = distance
+    memory[OFFSET : OFFSET + 3] = offset
+    for i in range(3):
+        for k in range(3):
+            memory[TURNED + 3 * i + k] = R[i, k]
+
+
+@jit
+def distance_left(memory, offset, R, radius_a, radius_b):
+    """What is proven of the distance [m] by the last one known, less what the bodies have moved since.
+
+    Points of b have moved by no more than |t - t0| + r |Q - Q0| / sqrt 2 as seen from a, with the Frobenius norm (see
+    `motion_budget`), and likewise those of a as seen from b: the smaller counts.
+    """
+    turned, before, after = 0.0, ZERO, ZERO
+    t0 = (memory[OFFSET], memory[OFFSET + 1], memory[OFFSET + 2])
+    for i in range(3):
+        q = (memory[TURNED + 3 * i], memory[TURNED + 3 * i + 1], memory[TURNED + 3 * i + 2])
+        d = sub(row(R, i), q)
+        turned += dot(d, d)
+        before, after = along(before, t0[i], q), along(after, offset[i], row(R, i))
+    turned = sqrt(0.5 * turned)
+    from_a = length(sub(offset, t0)) + radius_b * turned
+    from_b = length(sub(after, before)) + radius_a * turned
+    return memory[KNOWN] - min(from_a, from_b)
+
+
+@jit
+def write_findings(states, touch, time, findings):
     """The contact in the world frame, and when the gap would be zero if it went on closing as it does."""
     x, _, rotation, _, _, _ = states
     findings[CONTACT_TIME] = time + touch.gap / touch.closing
@@ -62,11 +111,11 @@ def advance(
 
     end: of the flights' common interval, local time [s]; key: time at which it is enough to know that nothing came
     before; tolerance: gap that counts as contact [m]; near: distance below which windows begin [m]; budget: distance
-    queries and steps of triangle pairs. In and out: memory (3,), witness (2,) int64, triangles to begin with (over all
-    shapes; -1: none), counts (COUNTS,) int64. Out: findings (FINDINGS,), after MEETS and TOUCHES alone.
+    queries and steps of triangle pairs. In and out: memory (MEMORY,), witness (2,) int64, triangles to begin with (over
+    all shapes; -1: none), counts (COUNTS,) int64. Out: findings (FINDINGS,), after MEETS and TOUCHES alone.
     Returns how it ended; until memory[TIME] the bodies are surely apart:
       NONE      apart until `end`, and at `end`
-      MEETS     at memory[TIME] the gap is in (0, tolerance] and closes
+      MEETS     at memory[TIME] the gap has come down to the target, to rounding, and closes
       TOUCHES   the same, at the time the query began at
       OVERLAPS  the surfaces intersect at the time the query began at
       LATER     memory[TIME] has reached `key`
@@ -94,12 +143,15 @@ def advance(
             span = sphere_time(relative, reach)
             now = max(now + span, now) if span < inf else inf
             continue
-        counts[QUERIES] += 1
-        distance, _, _, n, witness[0], witness[1] = closest_points(
-            m, shape_a, shape_b, work.R, relative.offset, inf, witness[0], witness[1], work.walk
-        )
-        if not distance > 0.0:
-            return OVERLAPS if now == begin else STALLS
+        n, distance = ZERO, distance_left(memory, relative.offset, work.R, radius_a, radius_b)
+        if distance <= max(near, LEFT * memory[KNOWN]):
+            counts[QUERIES] += 1
+            distance, _, _, n, witness[0], witness[1] = closest_points(
+                m, shape_a, shape_b, work.R, relative.offset, inf, witness[0], witness[1], work.walk
+            )
+            if not distance > 0.0:
+                return OVERLAPS if now == begin else STALLS
+            note_distance(memory, distance, relative.offset, work.R)
         if memory[TARGET] == 0.0:
             memory[TARGET] = min(0.5 * tolerance, distance)
         speed, growth, rate, rate_growth = approach_line(flights, bodies, relative, work.states, radius_a, radius_b)
@@ -111,7 +163,8 @@ def advance(
             relative = relate(flights, bodies, now, work.states, work.R)
             legs = settle(flights, bodies, now, work.states)
         span = min(covering_time(memory[WIDTH] * near, speed, growth), covering_time(TURN, rate, rate_growth))
-        window = Window(now, min(now + span, end), speed, growth, tolerance, memory[TARGET])
+        still = STILL * (speed + length(row(work.states[1], 0)) + length(row(work.states[1], 1)))
+        window = Window(now, min(now + span, end), speed, growth, tolerance, memory[TARGET], still)
         counts[WINDOWS] += 1
         before = counts[PAIRS]
         found = first_contact(
@@ -123,7 +176,7 @@ def advance(
             witness[0], witness[1] = found.triangle_a, found.triangle_b
             memory[TIME] = found.time
             relate(flights, bodies, found.time, work.states, work.R)
-            _write_findings(work.states, found.touch, found.time, findings)
+            write_findings(work.states, found.touch, found.time, findings)
             return TOUCHES if found.time == begin else MEETS
         now = window.end
         pairs = counts[PAIRS] - before

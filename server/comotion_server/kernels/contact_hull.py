@@ -1,0 +1,136 @@
+"""Points of contact seen along their common normal: each place once, then the corners of their convex hull.
+
+Rows with one normal at points of a convex hull follow from those at its corners, for velocities, impulses and
+accelerations alike; so the corners are all that a law has to know of a patch.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from comotion_server.kernels.contact_pairs import FULL
+from comotion_server.kernels.contacts import FEATURES
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.vectors import along, cross, dot, sub, unit
+
+MOST_POINTS = 4096
+
+Vector = tuple[float, float, float]
+
+
+class PatchPoints(NamedTuple):
+    """Points of contact of one patch; vectors in the axes of a `View`."""
+
+    kind: np.ndarray  # (k,) int64 as in `contacts`
+    feature: np.ndarray  # (k,FEATURES) int64
+    point_a: np.ndarray  # (k,3) [m]
+    point_b: np.ndarray  # (k,3) [m]
+    gap: np.ndarray  # (k,) [m]
+    place: np.ndarray  # (k,2) in the plane of contact [m]
+    order: np.ndarray  # (3 k,) int64 for `hull`
+
+
+class View(NamedTuple):
+    """How a patch is looked at."""
+
+    n: Vector  # the normal, from a to b
+    across: Vector  # two directions in the plane of contact, right-handed with n
+    up: Vector
+    limit: float  # largest gap [m]
+    merge: float  # points nearer than this are one [m]
+
+
+@jit
+def new_points():
+    """Room for the points of a patch."""
+    return PatchPoints(
+        np.empty(MOST_POINTS, np.int64),
+        np.empty((MOST_POINTS, FEATURES), np.int64),
+        np.empty((MOST_POINTS, 3)),
+        np.empty((MOST_POINTS, 3)),
+        np.empty(MOST_POINTS),
+        np.empty((MOST_POINTS, 2)),
+        np.empty(3 * MOST_POINTS, np.int64),
+    )
+
+
+@jit
+def view_along(n, limit, merge):
+    """`View` along n. Its axes are oblique to whatever is likely in a scene, so that hardly two points are level."""
+    oblique = (0.4472, 0.6325, 0.6324) if abs(n[0]) < 0.4 or n[0] * n[1] < 0.0 else (0.6325, -0.4472, 0.6324)
+    across = unit(along(oblique, -dot(oblique, n), n))
+    return View(n, across, cross(n, across), limit, merge)
+
+
+@jit
+def _comes_first(kind, feature, points, k):
+    """Whether a point of this kind and with these features is to be kept rather than point k."""
+    if kind != points.kind[k]:
+        return kind < points.kind[k]
+    for f in range(FEATURES):
+        if feature[f] != points.feature[k, f]:
+            return feature[f] < points.feature[k, f]
+    return False
+
+
+@jit
+def add_point(points, count, view, kind, feature, p, q):
+    """Put the point p on a, q on b among those of a patch; how many there are, or FULL.
+
+    Of points at one place the first in the order of kinds and features stays, whatever came first.
+    """
+    gap = dot(view.n, sub(q, p))
+    if count == FULL or not -view.limit <= gap <= view.limit:
+        return count
+    x, y, place = dot(view.across, p), dot(view.up, p), count
+    for k in range(count):
+        if abs(points.place[k, 0] - x) <= view.merge and abs(points.place[k, 1] - y) <= view.merge:
+            if not _comes_first(kind, feature, points, k):
+                return count
+            place = k
+            break
+    if place == MOST_POINTS:
+        return FULL
+    points.kind[place], points.gap[place] = kind, gap
+    points.feature[place], points.point_a[place], points.point_b[place] = feature, p, q
+    points.place[place, 0], points.place[place, 1] = x, y
+    return max(count, place + 1)
+
+
+@jit
+def _sorted(points, count):
+    """The points in the order of their places, from left to right: the first `count` of `order`."""
+    place, order = points.place, points.order
+    for i in range(count):
+        k = i
+        while k > 0 and (place[order[k - 1], 0], place[order[k - 1], 1]) > (place[i, 0], place[i, 1]):
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = i
+
+
+@jit
+def _turns(place, i, j, k, line):
+    """Whether the way i, j, k turns to the left in j, and j is no point of the line from i to k."""
+    ux, uy = place[k, 0] - place[i, 0], place[k, 1] - place[i, 1]
+    vx, vy = place[j, 0] - place[i, 0], place[j, 1] - place[i, 1]
+    area = vx * uy - vy * ux
+    return area > 0.0 and area * area > line * line * (ux * ux + uy * uy)
+
+
+@jit
+def hull(points, count, line):
+    """How many corners the convex hull has: rows `order[count :]`, counter-clockwise from the leftmost (Andrew 1979)."""
+    _sorted(points, count)
+    place, order = points.place, points.order
+    corners = order[count:]
+    size, least = 0, 2
+    for step in range(2 * count - 1):
+        if step == count:  # back from the last one
+            least = size + 1
+        k = order[step] if step < count else order[2 * count - 2 - step]
+        while size >= least and not _turns(place, corners[size - 2], corners[size - 1], k, line):
+            size -= 1
+        corners[size] = k
+        size += 1
+    return max(size - 1, 1)

@@ -1,0 +1,199 @@
+"""All points at which two bodies touch, as few as say all of it (docs/contacts.md).
+
+Everything is computed in the axes of body a from its centre, so a scene far from the world's origin keeps its digits.
+"""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from comotion_server.kernels.contact_hull import PatchPoints, hull, new_points, view_along
+from comotion_server.kernels.contact_normals import (
+    OF_A,
+    OF_B,
+    Directions,
+    contact_directions,
+    gap_along,
+    new_directions,
+    two_triangles,
+)
+from comotion_server.kernels.contact_pairs import FULL, NearPairs, near_pairs, new_near_pairs
+from comotion_server.kernels.contact_patch import Rules, add_overlap, side_of
+from comotion_server.kernels.contact_plane import add_corners, lowest_corner
+from comotion_server.kernels.contacts import FEATURES
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.mesh_pair import closest_points, relative_rotation, work_space
+from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.topology import FLAT
+from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, row, scaled, sub
+
+MERGE = 1e-7  # of the smaller body's size: points of contact nearer than this are one
+ON_FEATURE = 1e-9  # of the same: how far outside a face or an edge a point still lies on it
+
+
+class PatchWork(NamedTuple):
+    """Arrays that `manifold` and `gap_of_pair` use; nothing in them means anything before or after."""
+
+    near: NearPairs
+    directions: Directions
+    points: PatchPoints
+    R: np.ndarray  # (3,3) from b's axes to a's
+    walk: tuple[np.ndarray, ...]  # of the distance
+
+
+@jit
+def new_patch_work():
+    """`PatchWork`, to be used again and again."""
+    return PatchWork(new_near_pairs(), new_directions(), new_points(), np.empty((3, 3)), work_space())
+
+
+@jit
+def smaller_size(solids, a, b):
+    """The diameter of the smaller body [m]."""
+    return 2.0 * min(solids.radius[a], solids.radius[b])
+
+
+@jit
+def _write(contacts, first, a, b, points, count, corners, n, rotation, offset):
+    """The corners of a patch as rows of contacts; how many rows, or FULL.
+
+    n: normal, world; rotation, offset: from the axes of the points to the world's; centre of b there.
+    """
+    if first + corners > len(contacts.gap):
+        return FULL
+    for c in range(corners):
+        i, k = first + c, points.order[count + c]
+        contacts.bodies[i, 0], contacts.bodies[i, 1] = a, b
+        contacts.kind[i], contacts.gap[i] = points.kind[k], points.gap[k]
+        for f in range(FEATURES):
+            contacts.feature[i, f] = points.feature[k, f]
+        contacts.normal[i] = n
+        contacts.arm_a[i] = rotated(rotation, row(points.point_a, k))
+        contacts.arm_b[i] = rotated(rotation, sub(row(points.point_b, k), offset))
+    return corners
+
+
+@jit
+def _world_normal(m, a, b, R, directions, d):
+    """Direction d in the world; that of a face straight from the face, so that it is exact."""
+    if directions.owner[d] == OF_A:
+        return rotated(R[a], row(m.normals, directions.triangle[d]))
+    if directions.owner[d] == OF_B:
+        return scaled(rotated(R[b], row(m.normals, directions.triangle[d])), -1.0)
+    return rotated(R[a], row(directions.normal, d))
+
+
+@jit
+def _patch(m, R, t, d, rules, limit, merge, pairs, work):
+    """All points of the patch along direction d, written to work.points; how many, or FULL."""
+    n, count, near = row(work.directions.normal, d), 0, work.near
+    n_b = scaled(rotated_back(R, n), -1.0)
+    view = view_along(n, limit, merge)
+    for k in range(pairs):
+        i, j = near.triangles[k, 0], near.triangles[k, 1]
+        c = two_triangles(m, i, j, R, t)
+        if gap_along(n, c) <= limit:
+            side_a, side_b = side_of(m, i, n, rules.slope), side_of(m, j, n_b, rules.slope)
+            count = add_overlap(m, side_a, side_b, c, R, rules, view, work.points, count)
+    return count
+
+
+@jit
+def _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work):
+    """`manifold` of two meshes."""
+    m, near, directions = solids.meshes, work.near, work.directions
+    shape_a, shape_b, size = solids.shape[a], solids.shape[b], smaller_size(solids, a, b)
+    relative_rotation(R[a], R[b], work.R)
+    t = rotated_back(R[a], sub(row(x, b), row(x, a)))
+    pairs = near_pairs(m, shape_a, shape_b, work.R, t, limit, near)
+    if pairs == FULL:
+        return FULL
+    found = contact_directions(m, shape_a, shape_b, work.R, t, reach, slope, near, pairs, directions)
+    if found == FULL:
+        return FULL
+    rows = 0
+    for d in range(found):
+        rules = Rules(slope, ON_FEATURE * size, directions.owner[d] == OF_A)
+        count = _patch(m, work.R, t, d, rules, limit, MERGE * size, pairs, work)
+        if count == FULL:
+            return FULL
+        if count > 0:
+            corners = hull(work.points, count, ON_FEATURE * size)
+            n = _world_normal(m, a, b, R, directions, d)
+            written = _write(contacts, first + rows, a, b, work.points, count, corners, n, R[a], t)
+            if written == FULL:
+                return FULL
+            rows += written
+    return rows
+
+
+@jit
+def _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, work):
+    """`manifold` of a mesh and a plane."""
+    mesh_is_a = solids.kind[b] == PLANE
+    mesh, plane = (a, b) if mesh_is_a else (b, a)
+    m, points, size = solids.meshes, work.points, smaller_size(solids, a, b)
+    n = rotated(R[plane], row(solids.normal, plane))
+    height = dot(n, sub(row(x, mesh), row(x, plane)))
+    up = rotated_back(R[mesh], n)
+    view = view_along(scaled(n, -1.0) if mesh_is_a else n, limit, MERGE * size)
+    offset = ZERO if mesh_is_a else sub(row(x, b), row(x, a))
+    count = add_corners(
+        m, solids.shape[mesh], up, height, R[mesh], offset, mesh_is_a, slope, view, work.near.nodes, points
+    )
+    least = inf
+    for k in range(count):
+        least = min(least, points.gap[k])
+    if count == FULL or not least <= reach:
+        return min(count, 0)
+    corners = hull(points, count, ON_FEATURE * size)
+    work.R[:] = 0.0
+    for k in range(3):
+        work.R[k, k] = 1.0
+    offset = sub(row(x, b), row(x, a))
+    return _write(contacts, first, a, b, points, count, corners, view.n, work.R, offset)
+
+
+@jit
+def manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+    """All points of contact of bodies a < b at this pose; how many rows, or FULL where there is no room for them.
+
+    x (n, 3) [m], R (n, 3, 3) of all bodies. Every direction along which surfaces are within `reach` [m] gives a patch:
+    rows with one normal, the corners of the convex hull of all that is level in it, counter-clockwise about it.
+    angle > 0 [rad]: faces and edges within this angle count as level, and points of such a patch up to the gap `level`
+    [m]; angle = 0: points up to `reach` alone. Rows are written to contacts[first :]; work: of `new_patch_work`.
+    """
+    slope = max(angle, FLAT)
+    limit = max(reach, level) if angle > 0.0 else reach
+    if solids.kind[a] == PLANE and solids.kind[b] == PLANE:
+        return 0
+    if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
+        return _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
+    return _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
+
+
+@jit
+def gap_of_pair(solids, a, b, x, R, limit, witness, work):
+    """The distance of two bodies [m], exact below `limit`, otherwise a lower bound that is not below it.
+
+    In and out: witness (2,) int64, the closest triangles (over all shapes), to begin with; -1: none. Not used, and left
+    alone, where one is a plane; from a plane the distance is negative below it. Two planes never meet: inf.
+    """
+    m = solids.meshes
+    if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
+        if solids.kind[a] == solids.kind[b]:
+            return inf
+        mesh, plane = (a, b) if solids.kind[b] == PLANE else (b, a)
+        n = rotated(R[plane], row(solids.normal, plane))
+        height = dot(n, sub(row(x, mesh), row(x, plane)))
+        if height - solids.radius[mesh] >= limit:
+            return height - solids.radius[mesh]
+        return height + lowest_corner(m, solids.shape[mesh], rotated_back(R[mesh], n), work.near.nodes)
+    relative_rotation(R[a], R[b], work.R)
+    t = rotated_back(R[a], sub(row(x, b), row(x, a)))
+    shape_a, shape_b = solids.shape[a], solids.shape[b]
+    distance, _, _, _, witness[0], witness[1] = closest_points(
+        m, shape_a, shape_b, work.R, t, limit, witness[0], witness[1], work.walk
+    )
+    return distance

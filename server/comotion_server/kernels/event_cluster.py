@@ -1,0 +1,94 @@
+"""Which bodies an impact concerns: those in contact with the ones that hit, joined through bodies that react."""
+
+import numpy as np
+
+from comotion_server.kernels.event_scene import BODIES, DELTA, PAIRS
+from comotion_server.kernels.flight import fly, motion_of
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.pair_memory import partner
+from comotion_server.kernels.solid_impact import gap_within
+from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.vectors import dot, sub
+
+
+@jit
+def _spheres_apart(scene, i, j, time, delta):
+    """Whether the spheres about two meshes are more than delta [m] apart."""
+    solids = scene.solids
+    if solids.kind[i] == PLANE or solids.kind[j] == PLANE:
+        return False
+    D = sub(motion_of(scene.flights, i, time)[0], motion_of(scene.flights, j, time)[0])
+    far = solids.radius[i] + solids.radius[j] + delta
+    return dot(D, D) > far * far
+
+
+@jit
+def place_body(scene, i, time):
+    """Fly body i to a time; its state is then in the scene's arrays."""
+    fly(scene.flights, scene.bodies, i, time, scene.x[i], scene.v[i], scene.R[i], scene.L[i], scene.w[i])
+
+
+@jit
+def _include(queue, scene, i, time):
+    """Body i belongs to the cluster."""
+    cluster = queue.cluster
+    if cluster.body_tick[i] != cluster.tick[0]:
+        cluster.body_tick[i] = cluster.tick[0]
+        cluster.bodies[cluster.size[BODIES]] = i
+        cluster.size[BODIES] += 1
+        place_body(scene, i, time)
+
+
+@jit
+def touches(queue, scene, k, i, j, time):
+    """Whether the bodies i, in the cluster already, and j of pair k touch at a time."""
+    pairs, delta = queue.pairs, DELTA * queue.pairs.tolerance[k]
+    if _spheres_apart(scene, i, j, time, delta):
+        return False
+    if queue.cluster.body_tick[j] != queue.cluster.tick[0]:
+        place_body(scene, j, time)
+    a, b = pairs.bodies[k, 0], pairs.bodies[k, 1]
+    return gap_within(scene.solids, a, b, scene.x, scene.R, delta, pairs.memory[k], pairs.witness[k], queue.work)
+
+
+@jit
+def gather(queue, scene, seed, time):
+    """The cluster of the pair in row `seed` at a time, to `queue.cluster`; its bodies' states are those at that time.
+
+    Two bodies are in contact when their gap is at most DELTA tolerances; contacts join through bodies that react.
+    """
+    cluster, pairs = queue.cluster, queue.pairs
+    cluster.size[:] = 0
+    cluster.tick[0] += 1
+    tick = cluster.tick[0]
+    cluster.pairs[0], cluster.size[PAIRS] = seed, 1
+    cluster.pair_tick[seed] = tick
+    _include(queue, scene, pairs.bodies[seed, 0], time)
+    _include(queue, scene, pairs.bodies[seed, 1], time)
+    done = 0
+    while done < cluster.size[BODIES]:
+        i = cluster.bodies[done]
+        done += 1
+        link = pairs.first[i] if scene.bodies.reacts[i] else -1
+        while link >= 0:
+            k, j = link >> 1, partner(pairs, link)
+            if cluster.pair_tick[k] != tick:
+                cluster.pair_tick[k] = tick
+                if touches(queue, scene, k, i, j, time):
+                    cluster.pairs[cluster.size[PAIRS]] = k
+                    cluster.size[PAIRS] += 1
+                    _include(queue, scene, j, time)
+            link = pairs.next[link]
+    _sort_pairs(cluster, pairs)
+
+
+@jit
+def _sort_pairs(cluster, pairs):
+    """Pairs in the order of their bodies, so that nothing depends on where their rows are."""
+    count = cluster.size[PAIRS]
+    if count == 1:
+        return
+    rows, keys = cluster.pairs[:count].copy(), np.empty(count, np.int64)
+    for k in range(count):
+        keys[k] = pairs.bodies[rows[k], 0] * len(pairs.first) + pairs.bodies[rows[k], 1]
+    cluster.pairs[:count] = rows[np.argsort(keys)]

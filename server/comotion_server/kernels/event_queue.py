@@ -1,0 +1,254 @@
+"""The event queue: bodies fly, the earliest contact is answered, and only what changed is asked again.
+
+`play` is one loop over the heap. Its first item is either a body that leaves its room, which gets new neighbours; or a
+timer of the caller; or a pair, which is followed until its contact, or until the next item is earlier (a search of the
+A* kind: times in the heap are proven lower bounds, so a contact that is first in the heap is the first of all). At a
+contact the cluster is gathered and answered, its bodies take off anew, and their pairs are asked again from then on.
+"""
+
+from math import inf
+
+import numpy as np
+
+from comotion_server.kernels.event_answer import answer, contacts_of
+from comotion_server.kernels.event_cluster import gather
+from comotion_server.kernels.event_heap import first, put, second_time, take_out
+from comotion_server.kernels.event_scene import (
+    ASKED,
+    BODIES,
+    HITS,
+    LAST,
+    LEFT,
+    LONGEST_RUN,
+    NOW,
+    POPS,
+    ROOMS,
+    ROW,
+    TIMER,
+    ZERO_RUN,
+)
+from comotion_server.kernels.flight import begin, motion_of
+from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
+from comotion_server.kernels.impact_log import clear
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.neighbour_cells import is_amid, leaving_time, make_room, neighbours, rooms_meet
+from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
+from comotion_server.kernels.solid_impact import advance_pair
+from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.time_of_impact import (
+    MEETS,
+    NONE,
+    OVERLAPS,
+    STALLS,
+    TIME,
+    TOUCHES,
+    forget_flight,
+)
+
+DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, SPENT, STALLED, OVERLAPPING = range(10)
+
+QUERY_BUDGET = 1_000_000  # distance queries and steps of one pair in one go
+
+
+@jit
+def rank_of(queue, k):
+    """Where pair k stands among items of the same time."""
+    return queue.pairs.bodies[k, 0] * len(queue.held) + queue.pairs.bodies[k, 1]
+
+
+@jit
+def _put_pair(queue, k, time):
+    put(queue.heap, 2 * len(queue.held) + k, time, rank_of(queue, k))
+
+
+@jit
+def set_timer(queue, i, time):
+    """`play` returns ISLAND for body i at a local time [s]; inf: never."""
+    item = len(queue.held) + i
+    if time < inf:
+        put(queue.heap, item, time, item - 2 * len(queue.held))
+    else:
+        take_out(queue.heap, item)
+
+
+@jit
+def _time_room(queue, scene, i, time):
+    """When body i leaves its room is an item of the heap, if ever."""
+    leaves = leaving_time(queue.cells, scene.flights, i, time)
+    if leaves < inf:
+        put(queue.heap, i, max(leaves, time), i - 2 * len(queue.held))
+    else:
+        take_out(queue.heap, i)
+
+
+@jit
+def _may_meet(scene, i, j):
+    """Whether a contact of two bodies means anything: one of them reacts, and not both are planes."""
+    kind = scene.solids.kind
+    return (scene.bodies.reacts[i] or scene.bodies.reacts[j]) and not (kind[i] == PLANE and kind[j] == PLANE)
+
+
+@jit
+def look_around(queue, scene, i, time):
+    """Pairs of body i with all whose rooms meet its own, and no others; False where there are more than room for."""
+    cells, pairs = queue.cells, queue.pairs
+    link = pairs.first[i]
+    while link >= 0:
+        after, k, j = pairs.next[link], link >> 1, partner(pairs, link)
+        if pairs.hits[k] == 0 and not rooms_meet(cells, i, j):
+            take_out(queue.heap, 2 * len(queue.held) + k)
+            part(pairs, k)
+        link = after
+    count = neighbours(cells, i, queue.found)
+    link = pairs.first[i]
+    while link >= 0:
+        cells.seen[partner(pairs, link)] = -1
+        link = pairs.next[link]
+    for f in range(count):
+        j = queue.found[f]
+        if cells.seen[j] == -1 or not _may_meet(scene, i, j):
+            continue
+        tolerance = max(min(queue.tolerance[i], queue.tolerance[j]), queue.grain[i], queue.grain[j])
+        k = join(pairs, i, j, time, tolerance)
+        if k == NO_ROW:
+            return False
+        _put_pair(queue, k, time)
+    return True
+
+
+@jit
+def _new_room(queue, scene, i, time):
+    """A new room for body i, which may be about to leave its own; False where there are more pairs than room for."""
+    x, v = motion_of(scene.flights, i, time)
+    if not is_amid(queue.cells, i, x):
+        queue.tally[ROOMS] += 1
+        make_room(queue.cells, i, x, v)
+        if not look_around(queue, scene, i, time):
+            return False
+    _time_room(queue, scene, i, time)
+    return True
+
+
+@jit
+def take_off(queue, scene, i, time):
+    """Body i is on a new flight from a local time [s]: its pairs are asked again from then on."""
+    pairs = queue.pairs
+    link = pairs.first[i]
+    while link >= 0:
+        k = link >> 1
+        forget_flight(pairs.memory[k], time)
+        _put_pair(queue, k, time)
+        link = pairs.next[link]
+    _time_room(queue, scene, i, time)
+
+
+@jit
+def start(queue, scene):
+    """Find the pairs of all bodies; False where there are more than room for."""
+    for i in range(len(queue.held)):
+        if not look_around(queue, scene, i, 0.0):
+            return False
+    return True
+
+
+@jit
+def begin_step(queue, scene, elapsed):
+    """All bodies are on new flights from local time 0, which was `elapsed` [s] on the clock before."""
+    pairs = queue.pairs
+    clear(queue.log)
+    queue.clock[LAST] -= elapsed
+    queue.clock[NOW] = 0.0
+    for k in range(len(pairs.hits)):
+        if pairs.bodies[k, 0] >= 0:
+            pairs.hit_time[k] -= elapsed
+            pairs.impulse[k, :], pairs.hits[k] = 0.0, 0
+            forget_flight(pairs.memory[k], 0.0)
+            _put_pair(queue, k, 0.0)
+    for i in range(len(queue.held)):
+        _time_room(queue, scene, i, 0.0)
+
+
+@jit
+def _follow(queue, scene, k, until):
+    """How the time of impact of pair k ended, followed as long as it is the first in the heap; its time there is new."""
+    pairs = queue.pairs
+    memory, a, b = pairs.memory[k], pairs.bodies[k, 0], pairs.bodies[k, 1]
+    key = max(second_time(queue.heap), np.nextafter(memory[TIME], inf))
+    limits = (until, key, pairs.tolerance[k], QUERY_BUDGET)
+    bodies = (scene.solids, scene.flights, scene.bodies, a, b)
+    status = advance_pair(*bodies, *limits, memory, pairs.witness[k], queue.findings, queue.work, queue.counts)
+    queue.tally[ASKED] += 1
+    _put_pair(queue, k, inf if status == NONE else memory[TIME])
+    return status
+
+
+@jit
+def _count_run(queue, time):
+    """Note a hit at a time, and how many there were in a row without time between them."""
+    tally = queue.tally
+    tally[HITS] += 1
+    tally[ZERO_RUN] = tally[ZERO_RUN] + 1 if time == queue.clock[LAST] else 0
+    tally[LONGEST_RUN] = max(tally[LONGEST_RUN], tally[ZERO_RUN])
+    queue.clock[LAST] = time
+
+
+@jit
+def _hit(queue, scene, rules, k, time):
+    """Answer the hit of pair k: DONE, or why the caller must."""
+    if queue.tally[LEFT] == 0:
+        return SPENT
+    gather(queue, scene, k, time)
+    contacts_of(queue, scene, rules)
+    queue.tally[LEFT] -= 1
+    _count_run(queue, time)
+    if answer(queue, scene, rules) == LAW_BLOCKED:
+        return BLOCKED
+    cluster = queue.cluster
+    for m in range(cluster.size[BODIES]):
+        i = cluster.bodies[m]
+        if scene.bodies.reacts[i]:
+            begin(scene.flights, scene.bodies, i, time, scene.x[i], scene.v[i], scene.R[i], scene.L[i], scene.w[i])
+            take_off(queue, scene, i, time)
+    return DONE
+
+
+@jit
+def play(queue, scene, rules, until):
+    """Move all bodies on their flights to the local time `until` [s], answering impacts on the way.
+
+    DONE       nothing more happens before `until`
+    REST       the cluster comes to rest, or one of its bodies is held
+    ISLAND     the timer of body tally[TIMER] is due
+    MERGES     an impact without restitution
+    BLOCKED    no motion satisfies the contacts marked in the report: nothing was changed
+    LOG_FULL, PAIRS_FULL  an array is full: with larger ones (`enlarged`) the queue can be taken up again
+    SPENT      as many hits were answered as tally[LEFT] allowed
+    STALLED    numbers are too coarse to follow pair tally[ROW]
+    OVERLAPPING  the bodies of pair tally[ROW] intersect
+    The local time is in clock[NOW]; the bodies are where their flights have them then. Calling again goes on.
+    """
+    n = len(queue.held)
+    while True:
+        time, item = first(queue.heap)
+        if not time < until:
+            queue.clock[NOW] = until
+            return DONE
+        queue.clock[NOW] = time
+        queue.tally[POPS] += 1
+        if item < n:
+            if not _new_room(queue, scene, item, time):
+                return PAIRS_FULL
+            continue
+        if item < 2 * n:
+            queue.tally[TIMER] = item - n
+            return ISLAND
+        k = item - 2 * n
+        status = _follow(queue, scene, k, until)
+        if status == OVERLAPS or status == STALLS:
+            queue.tally[ROW] = k
+            return OVERLAPPING if status == OVERLAPS else STALLED
+        if (status == MEETS or status == TOUCHES) and first(queue.heap)[1] == item:
+            queue.clock[NOW] = queue.pairs.memory[k, TIME]
+            code = _hit(queue, scene, rules, k, queue.clock[NOW])
+            if code != DONE:
+                return code

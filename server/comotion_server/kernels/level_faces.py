@@ -1,0 +1,141 @@
+"""Faces, edges and corners of a mesh that are its local tops along a direction, and the flat face around a triangle.
+
+A body touches another one only where it is a local top: along an outward direction n a corner is one if no edge rises
+from it, an edge if neither of its faces rises, a face if it is level. A *slope* is a sine below which nothing counts as
+rising. Lines within a flat face are no edges: the direction at them is the face's normal and nothing else.
+"""
+
+from math import inf, sqrt
+
+from comotion_server.kernels.features import EDGE, VERTEX, feature_at
+from comotion_server.kernels.jit import jit
+from comotion_server.kernels.mesh_pair import corners
+from comotion_server.kernels.topology import has_corner
+from comotion_server.kernels.vectors import cross, dot, row, sub
+
+MOST_CROSSED = 256  # lines within a flat face that a point may cross from one look to the next
+
+
+@jit
+def is_level(normal, n, slope):
+    """Whether a face with this outward unit normal looks along the unit vector n."""
+    turn = cross(normal, n)
+    return dot(normal, n) > 0.0 and dot(turn, turn) <= slope * slope
+
+
+@jit
+def rises(u, n, slope):
+    """Whether the way u climbs along n."""
+    climb = dot(n, u)
+    return climb > 0.0 and climb * climb > slope * slope * dot(u, u)
+
+
+@jit
+def neighbour(m, t, k):
+    """The triangle across the edge from corner k of triangle t to the next; -1 where there is none."""
+    v, w = m.triangles[t, k], m.triangles[t, (k + 1) % 3]
+    for i in range(m.star_start[v], m.star_start[v + 1]):
+        if m.star[i] != t and has_corner(m.triangles, m.star[i], w):
+            return m.star[i]
+    return -1
+
+
+@jit
+def is_top_corner(m, v, n, slope):
+    """Whether vertex v is a local top along n (body frame, outward)."""
+    p = row(m.vertices, v)
+    for i in range(m.star_start[v], m.star_start[v + 1]):
+        for k in range(3):
+            if m.triangles[m.star[i], k] != v and rises(sub(row(m.vertices, m.triangles[m.star[i], k]), p), n, slope):
+                return False
+    return True
+
+
+@jit
+def is_top_edge(m, t, k, n, slope):
+    """Whether the edge from corner k of triangle t, normal to n (body frame, outward), is a local top along n."""
+    v, w, other = m.triangles[t, k], m.triangles[t, (k + 1) % 3], neighbour(m, t, k)
+    p = row(m.vertices, v)
+    if rises(sub(row(m.vertices, m.triangles[t, (k + 2) % 3]), p), n, slope):
+        return False
+    for c in range(3):
+        u = m.triangles[other, c] if other >= 0 else v
+        if u != v and u != w and rises(sub(row(m.vertices, u), p), n, slope):
+            return False
+    return True
+
+
+@jit
+def is_top(m, shape, t, p, n, slope):
+    """Whether the point p on triangle t is a local top of the surface along n; both in the body frame."""
+    feature, corner = feature_at(m, shape, t, p)
+    if feature == VERTEX:
+        return is_top_corner(m, m.triangles[t, corner], n, slope)
+    if feature == EDGE:
+        return is_top_edge(m, t, corner, n, slope)
+    return dot(row(m.normals, t), n) > 0.0
+
+
+@jit
+def has_level_face(m, v, n, slope):
+    """Whether a face at vertex v looks along n."""
+    level = False
+    for i in range(m.star_start[v], m.star_start[v + 1]):
+        level = level or is_level(row(m.normals, m.star[i]), n, slope)
+    return level
+
+
+@jit
+def is_corner(m, t, k, level, n, slope):
+    """Whether corner k of triangle t bounds what the body shows along n: at an edge of a level face, or bare.
+
+    level: whether the triangle itself is level. A corner with level faces is left to them.
+    """
+    if level:
+        return m.sharp[t, k] == 1 or m.sharp[t, (k + 2) % 3] == 1
+    v = m.triangles[t, k]
+    return is_top_corner(m, v, n, slope) and not has_level_face(m, v, n, slope)
+
+
+@jit
+def is_edge(m, t, k, level, n, slope):
+    """The same for the edge from corner k; a bare one is told by one of its two triangles."""
+    if m.sharp[t, k] == 0 or level:
+        return m.sharp[t, k] == 1
+    v, w = m.triangles[t, k], m.triangles[t, (k + 1) % 3]
+    u = sub(row(m.vertices, w), row(m.vertices, v))
+    if v > w or rises(u, n, slope) or rises(sub((0.0, 0.0, 0.0), u), n, slope):
+        return False
+    other = neighbour(m, t, k)
+    return not (other >= 0 and is_level(row(m.normals, other), n, slope)) and is_top_edge(m, t, k, n, slope)
+
+
+@jit
+def _beyond(m, t, p):
+    """(line within the face beyond which p lies farthest, or -1; distance of p inside the sharp edges)."""
+    points, normal = corners(m, t), row(m.normals, t)
+    line, outside, inside = -1, 0.0, inf
+    for k in range(3):
+        u = sub(points[(k + 1) % 3], points[k])
+        distance = dot(cross(normal, u), sub(p, points[k])) / sqrt(dot(u, u))
+        if m.sharp[t, k] == 1:
+            inside = min(inside, distance)
+        elif distance < outside:
+            line, outside = k, distance
+    return line, inside
+
+
+@jit
+def follow(m, t, p):
+    """(triangle, margin): where in the flat face of triangle t the point p in its plane is, going over lines in it.
+
+    margin [m]: from the edges of that face which the triangle has, negative outside; inf where it has none.
+    """
+    line, margin = _beyond(m, t, p)
+    for _ in range(MOST_CROSSED):
+        other = neighbour(m, t, line) if line >= 0 else -1
+        if other < 0:
+            break
+        t = other
+        line, margin = _beyond(m, t, p)
+    return t, margin
