@@ -33,7 +33,15 @@ from comotion_server.kernels.held_contacts import (
     opening_speeds,
 )
 from comotion_server.kernels.held_flight import STAGES, Course, correct, evaluate, new_course, straying, try_flight
-from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
+from comotion_server.kernels.impact_cluster import (
+    BLOCKED,
+    SOLVED,
+    TOGETHER,
+    collide,
+    displacements,
+    new_report,
+    settle_velocities,
+)
 from comotion_server.touching import ROUNDING, Judgement, Pair, RestRecord, SoftImpact, Touching
 
 Array = NDArray[np.float64]
@@ -51,6 +59,8 @@ PARTED = 1e-3  # of the speed of a hop as high as delta: how fast a contact may 
 STEADY = 1e-12  # of the free acceleration: what is left of less counts as none
 STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand still
 EXCURSION = 4.0  # deltas: a contact that came back from no farther off does not bounce again
+STRIDES = 5  # of time-stepping in a step; its error is of first order
+MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
 PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
 
 
@@ -66,6 +76,9 @@ class Islands:
         self._trial = tuple(array.copy() for array in self.state)
         self._room = np.zeros((count, 3)), np.zeros((count, 3))
         self._acceleration, self._torque, self._force = (np.zeros((count, 3)) for _ in range(3))
+        self._stepping = np.zeros(count, dtype=np.bool_)  # whose island has used up its work of the step
+        self._work_done = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest in the step
+        self._stride = np.inf  # of time-stepping [s]
         self._work = new_patch_work()
 
     @property
@@ -83,12 +96,14 @@ class Islands:
         changed = (force != self._force).any(axis=1) | (flights.torque != self._torque).any(axis=1)
         self._force, self._torque, self._acceleration = force, flights.torque.copy(), flights.acceleration.copy()
         self.record = RestRecord()
+        self._stepping[:], self._work_done[:] = False, 0
         for island in self.all:
             island.begin = 0.0
             island.asleep &= not changed[island.members].any()
 
     def take_up(self, time: float, until: float) -> bool:
         """All islands go on from a local time, to `until` [s] at most: whether motion is possible, as in `rest`."""
+        self._stride = (until - time) / STRIDES
         for island in list(self.all):
             if island.asleep and self._others_stand(island):
                 self._stand_still(island, time)
@@ -108,8 +123,11 @@ class Islands:
         are then on free flights.
         """
         touching = self._gather(seeds, time)
-        found = self._judge(touching, time)
-        for _ in range(PASSES):
+        self._work_done[touching.members] += 1
+        self._stepping[touching.members] |= bool((self._work_done[touching.members] > MOST_RESTS).any())
+        plastic = bool(self._stepping[touching.members].any())
+        found = self._judge(touching, time, plastic=plastic)
+        for turn in range(PASSES):
             if found.hard.any():
                 possible = self._bounce(touching, found)
             elif found.closing.any() or found.stick.any():
@@ -118,7 +136,7 @@ class Islands:
                 break
             if not possible:
                 return False
-            found = self._judge(touching, time)
+            found = self._judge(touching, time, plastic=plastic or turn >= PASSES // 2)
         held = touching.of(found.inside)
         self._put_back(touching, found)
         return self._take_off(held, found.force[found.inside], time, until)
@@ -196,13 +214,14 @@ class Islands:
             rows[of],
             reach[of],
             rules.restitution[a, b] == 1.0,
+            rules.friction[a, b],
             np.array([(i, j) in known for i, j in contacts.bodies[:count].tolist()], dtype=np.bool_),
         )
 
     # what becomes of the contacts
 
-    def _judge(self, touching: Touching, time: float) -> Judgement:
-        """Which contacts close, stay and part at the present velocities."""
+    def _judge(self, touching: Touching, time: float, *, plastic: bool) -> Judgement:
+        """Which contacts close, stay and part at the present velocities; where all is `plastic`, none bounces."""
         queue, count = self.queue, touching.count
         speed, scale, ease = np.empty(count), np.empty(count), np.empty(count)
         opening_speeds(self.scene.solids, touching.contacts, count, self.state, speed, scale)
@@ -223,7 +242,7 @@ class Islands:
         back = (time - queue.pairs.hit_time[touching.pair]) * queue.pairs.hit_speed[touching.pair]
         low = resting & (-speed <= np.sqrt(2.0 * pressing * touching.delta))
         collapsed = bool((back[closing] <= EXCURSION * touching.delta[closing]).all())
-        bounces = closing & ~low & (not collapsed)
+        bounces = closing & ~low & (not (collapsed or plastic))
         hard = closing & (touching.totals(bounces.astype(np.float64)) > 0.0)
         stick = inside & (force > 0.0) & (speed > none)
         return Judgement(speed, pressing, force, inside, closing, hard, stick)
@@ -314,7 +333,8 @@ class Islands:
             rows = np.array([i for i in members.tolist() if of_body[i] == part])
             contacts = held.of(np.asarray(np.isin(held.contacts.bodies, rows).any(axis=1)))
             contacts.members = rows
-            if not self._fly(contacts, time, until):
+            steps = contacts.friction.any() or self._stepping[rows].any()
+            if not (self._step if steps else self._fly)(contacts, time, until):
                 return False
         for i in members:
             take_off(self.queue, self.scene, i, time)
@@ -345,16 +365,51 @@ class Islands:
             if part >= 1.0 or part * h < SHORTEST * first:
                 break
             h *= part
-        island = Island(members, bodies, touching.contacts, course, time, time + h)
+        push = course.force[0][:, None] * course.normal[0]
+        island = Island(members, bodies, touching.contacts, course, time, time + h, push)
+        self._add(island, until, asleep=self._is_still(island, course, touching))
+        return True
+
+    def _add(self, island: Island, until: float, *, asleep: bool) -> None:
+        """A new island, whose bodies are on its flights; or asleep."""
         self.all.append(island)
-        self.queue.held[members] = True
-        if self._is_still(island, touching):
+        self.queue.held[island.members] = True
+        if asleep:
             island.asleep = True
-            for array in (scene.v, scene.L, scene.w):
-                array[members] = 0.0
-            self._stand_still(island, time)
-        elif time + h < until:
-            set_timer(self.queue, members[0], time + h)
+            for array in (self.scene.v, self.scene.L, self.scene.w):
+                array[island.members] = 0.0
+            self._stand_still(island, island.begin)
+        elif island.end < until:
+            set_timer(self.queue, island.members[0], island.end)
+
+    def _step(self, touching: Touching, time: float, until: float) -> bool:
+        """One island takes a step of first order at constant velocities: forces first, then contacts with e = 0.
+
+        (Moreau 1988; Jean 1999.) With friction, and where the work of a step is used up.
+        """
+        scene, members, count = self.scene, touching.members, touching.count
+        h = min(until - time, self._stride)
+        ease = scene.bodies.inverse_mass[members]
+        before = tuple(array[members].copy() for array in (scene.v, scene.L, scene.w))
+        scene.v[members] += h * ease * self._force[members]
+        scene.L[members] += h * self._torque[members]
+        correct(scene.bodies, members, (np.zeros((len(members), 3)), np.zeros((len(members), 3))), self.state)
+        impulse, report = np.zeros((count, 3)), new_report(count)
+        parts = (scene.bodies, touching.contacts, count, np.zeros(count), touching.friction, TOGETHER)
+        status = collide(*parts, scene.v, scene.R, scene.L, scene.w, impulse, report)
+        if not self._possible(status, touching.contacts.bodies, report.certificate[:count]):
+            for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):
+                array[members] = values
+            return False
+        nothing = np.zeros_like(self._force)
+        self._begin(members, nothing, nothing, time)
+        island = Island(members, touching.bodies, touching.contacts, None, time, time + h, impulse / h)
+        self.record.fallback += h * len(members)
+        turning = scene.solids.radius[members] * np.linalg.norm(scene.w[members], axis=1)
+        speed = np.linalg.norm(scene.v[members], axis=1) + turning
+        pull = float(np.linalg.norm(self._acceleration[members], axis=1).max())
+        slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
+        self._add(island, until, asleep=bool((speed <= slow).all()) and self._others_stand(island))
         return True
 
     def _parting(self, touching: Touching, course: Course) -> float:
@@ -376,9 +431,9 @@ class Islands:
             part = min(part, float(np.clip(at, 0.05, 0.95).min()))
         return part
 
-    def _is_still(self, island: Island, touching: Touching) -> bool:
+    def _is_still(self, island: Island, course: Course, touching: Touching) -> bool:
         """Whether nothing moves, and no force moves it."""
-        scene, rows, course = self.scene, island.members, island.course
+        scene, rows = self.scene, island.members
         pull = float(np.linalg.norm(self._acceleration[rows], axis=1).max())
         slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
         turning = scene.solids.radius[rows] * np.linalg.norm(scene.w[rows], axis=1)
