@@ -17,6 +17,7 @@ from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, HITS, LEFT, NOW, ROW, TIMER
 from comotion_server.kernels.flight import begin
 from comotion_server.results import Blocked, Books, Budget, CollisionRecord, Contact
+from comotion_server.starting_gaps import open_gaps
 from comotion_server.world import World
 
 Array = NDArray[np.float64]
@@ -45,12 +46,13 @@ class ExactQueue:
 
     def __init__(self, world: World) -> None:
         self.world, self.settings = world, world.scene.collisions
-        self.solids = solids_of(world.scene.bodies)
+        self.solids = solids_of([body.shape for body in world.scene.bodies])
         self._rules = self.rules = rules_of(world.scene)
         self.scene = scene_of(world, self.solids)
         self.queue = queue_of(world, self.solids)
         while not events.start(self.queue, self.scene):
             self.queue = events.enlarged(self.queue)
+        open_gaps(world, self.scene, self.queue)
         self.islands = Islands(self.scene, self.queue, self.rules)
         self._elapsed = 0.0
         self._frozen: list[int] = []

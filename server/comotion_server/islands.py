@@ -439,7 +439,8 @@ class Islands:
         turning = scene.solids.radius[rows] * np.linalg.norm(scene.w[rows], axis=1)
         if (np.linalg.norm(scene.v[rows], axis=1) + turning > slow).any() or not self._others_stand(island):
             return False
-        weight = pull / scene.bodies.inverse_mass[rows].max(axis=1) * scene.solids.radius[rows]
+        lightness = np.maximum(scene.bodies.inverse_mass[rows].max(axis=1), 1e-300)
+        weight = pull / lightness * scene.solids.radius[rows]
         acceleration, torque = (np.linalg.norm(k[0], axis=1) for k in (course.acceleration, course.torque))
         return bool((acceleration <= STEADY * pull).all() and (torque <= STEADY * weight).all())
 

@@ -22,27 +22,27 @@ LEAST = 0.1  # of delta: a gap that is enough; below, the first contact would be
 MIDDLE = 0.5  # of delta: the gap that bodies are given
 
 
-def open_gaps(world: World, scene: Scene, queue: Queue) -> bool:
-    """Moves bodies that touch apart; whether any were.
+def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
+    """Moves bodies that touch apart.
 
     Raises:
         SceneError: bodies overlap, or touch where neither can give way.
     """
     pairs = queue.pairs.bodies
     rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
-    work, moved = new_patch_work(), False
+    work, touching = new_patch_work(), (0, 0)
     for _ in range(SWEEPS):
-        open_pairs = True
+        apart = True
         for k in rows:
             a, b = pairs[k].tolist()
             delta = DELTA * float(queue.pairs.tolerance[k])
             gap = gap_of_pair(scene.solids, a, b, scene.x, scene.R, delta, queue.pairs.witness[k], work)
             if gap < LEAST * delta:
                 _part(world, scene, a, b, gap, MIDDLE * delta, queue.pairs.witness[k])
-                open_pairs, moved = False, True
-        if open_pairs:
-            return moved
-    raise SceneError([_problem(world, a, b)])
+                apart, touching = False, (a, b)
+        if apart:
+            return
+    raise SceneError([_problem(world, *touching)])
 
 
 def _problem(world: World, a: int, b: int) -> Problem:
