@@ -14,8 +14,9 @@ from comotion_server.exact_scene import queue_of, rules_of, scene_of, solids_of
 from comotion_server.impact_records import impacts_of, soft_impacts_of
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, HITS, LEFT, NOW, ROW, TIMER
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
 from comotion_server.kernels.flight import begin
+from comotion_server.queue_room import enlarged
 from comotion_server.results import Blocked, Books, Budget, CollisionRecord, Contact
 from comotion_server.starting_gaps import open_gaps
 from comotion_server.world import World
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 MORE = 100  # hits granted after bodies were frozen
-LASTING = ("heap", "cells", "pairs", "held", "clock", "tally")  # of the queue: what a step hands on to the next
+LASTING = ("heap", "cells", "pairs", "held", "now", "tally")  # of the queue: what a step hands on to the next
 
 
 class OverlapError(RuntimeError):
@@ -51,7 +52,7 @@ class ExactQueue:
         self.scene = scene_of(world, self.solids)
         self.queue = queue_of(world, self.solids)
         while not events.start(self.queue, self.scene):
-            self.queue = events.enlarged(self.queue)
+            self.queue = enlarged(self.queue, events.PAIRS_FULL)
         open_gaps(world, self.scene, self.queue)
         self.islands = Islands(self.scene, self.queue, self.rules)
         self._elapsed = 0.0
@@ -64,7 +65,7 @@ class ExactQueue:
         self.start_time = start_time
         self._blocked = []
         events.begin_step(self.queue, self.scene, self._elapsed)
-        self.queue.tally[LEFT], self.queue.tally[HITS] = self.settings.budget, 0
+        self.queue.tally[LEFT] = self._granted = self.settings.budget
         self.rules = self.islands.rules = self._rules
         self._elapsed = 0.0
         self.islands.begin()
@@ -87,7 +88,7 @@ class ExactQueue:
 
     def _help(self, code: int, until: float) -> None:
         """Does what the compiled queue came back for."""
-        queue, now = self.queue, float(self.queue.clock[NOW])
+        queue, now = self.queue, float(self.queue.now[0])
         if code in {events.REST, events.ISLAND}:
             seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
             while not self.islands.rest(seeds.copy(), now, until):
@@ -100,11 +101,18 @@ class ExactQueue:
             self._spend(now)
         elif code == events.STALLED:
             self._freeze(queue.pairs.bodies[queue.tally[ROW]], now)
-        elif code in {events.LOG_FULL, events.PAIRS_FULL}:
-            self.queue = self.islands.queue = events.enlarged(queue)
+        elif code in {events.LOG_FULL, events.PAIRS_FULL, events.CONTACTS_FULL}:
+            self._enlarge(code, now)
         elif code == events.OVERLAPPING:
             a, b = queue.pairs.bodies[queue.tally[ROW]]
             raise OverlapError(self.world.names[a], self.world.names[b], self.start_time + now)
+
+    def _enlarge(self, code: int, now: float) -> None:
+        """More room; a body that could not get all its pairs gets them."""
+        self.queue = self.islands.queue = enlarged(self.queue, code)
+        body = int(self.queue.heap.item[0])
+        while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
+            self.queue = self.islands.queue = enlarged(self.queue, code)
 
     # what cannot go on
 
@@ -122,11 +130,15 @@ class ExactQueue:
         """The work of a step is used up: the rest of it is taken with e = 0; then bodies stay where they are."""
         if self.rules.restitution.any():
             self.rules = self.islands.rules = self.rules._replace(restitution=np.zeros_like(self.rules.restitution))
-            self.queue.tally[LEFT] = self.settings.budget
+            self._grant(self.settings.budget)
             return
         cluster = self.queue.cluster
         self._freeze(cluster.bodies[: cluster.size[BODIES]], now)
-        self.queue.tally[LEFT] = MORE
+        self._grant(MORE)
+
+    def _grant(self, more: int) -> None:
+        self.queue.tally[LEFT] += more
+        self._granted += more
 
     def _freeze(self, bodies: Rows, now: float) -> None:
         """Bodies stay where they are for the rest of the step; nothing moves them."""
@@ -162,7 +174,7 @@ class ExactQueue:
         momentum, angular_momentum, energy = map(float, queue.log.books)
         books = Books(momentum, angular_momentum, energy, len(impacts))
         books.rest_energy, books.shift_work = rest.rest_energy, rest.shift_work
-        budget = Budget(self.settings.budget, int(queue.tally[HITS]), fallback=rest.fallback)
+        budget = Budget(self.settings.budget, int(self._granted - queue.tally[LEFT]), fallback=rest.fallback)
         return CollisionRecord(tuple(impacts), self._contacts(), books, budget, tuple(self._blocked))
 
     def _contacts(self) -> tuple[Contact, ...]:

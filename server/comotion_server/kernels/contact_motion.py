@@ -12,7 +12,7 @@ from math import inf
 from typing import NamedTuple
 
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
-from comotion_server.kernels.contact_patch import crossing, foot
+from comotion_server.kernels.contact_overlap import crossing, foot
 from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.level_faces import follow
