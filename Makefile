@@ -19,8 +19,8 @@ lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
 	$(BIN)/codespell
 	$(BIN)/deptry .
 
-bench: $(VENV)/.dev          ## figures that depend on the machine, each beside a peer or a limit; all run, then the verdict
-	@status=0; for name in round_trip geometry contact_times; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
+bench: $(VENV)/.peers          ## figures that depend on the machine, each beside a peer or a limit; all run, then the verdict
+	@status=0; for name in round_trip geometry contact_times engines; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
 
 report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
 	$(BIN)/comotion plan float_box drop channel
@@ -33,6 +33,10 @@ $(VENV)/.run: pyproject.toml constraints.txt
 $(VENV)/.dev: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	touch $@
+
+$(VENV)/.peers: $(VENV)/.dev
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[peers]'
 	touch $@
 
 clean:

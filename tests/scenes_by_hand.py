@@ -3,7 +3,7 @@
 import numpy as np
 
 from comotion_server.meshes import box, mass_properties
-from comotion_server.scene import Body, Collisions, Fixed, Free, Prescribed, Scene
+from comotion_server.scene import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene
 
 
 def solid(name, mesh, *, density=None, mass=None, motion=None, **state):
@@ -35,6 +35,13 @@ def fixed_box(name, size, position):
 def moved_box(name, size, position, velocity):
     motion = Prescribed(velocity=np.asarray(velocity, dtype=float))
     return solid(name, box(list(size)), density=1.0, motion=motion, position=position)
+
+
+def plane(name="floor", normal=(0.0, 0.0, 1.0), position=(0.0, 0.0, 0.0), velocity=None):
+    """A half space below its position, fixed unless it has a velocity."""
+    motion = Fixed() if velocity is None else Prescribed(velocity=np.asarray(velocity, dtype=float))
+    shape = Plane(np.asarray(normal, dtype=float) / np.linalg.norm(normal))
+    return Body(name, name, motion, np.nan, np.full((3, 3), np.nan), shape, np.asarray(position, dtype=float))
 
 
 def scene_of(*bodies, gravity=(0.0, 0.0, 0.0), **collisions):

@@ -69,10 +69,18 @@ class TrivialEngine:
             dt=dt,
             status="ok",
             sums=SimpleNamespace(force=loads.sum(axis=0), moment=moment),
-            budget=SimpleNamespace(limit=10, used=1, exhausted=False),
+            budget=SimpleNamespace(limit=10, used=1, exhausted=False, capped=0, fallback=0.0),
             books=SimpleNamespace(
-                momentum=1e-16, angular_momentum=2e-16, energy=3e-16, overlaps=0, overlap_max=0.0, impacts=1
+                momentum=1e-16,
+                angular_momentum=2e-16,
+                energy=3e-16,
+                overlaps=0,
+                overlap_max=0.0,
+                impacts=1,
+                rest_energy=0.0,
+                shift_work=0.0,
             ),
+            blocked=(),
             impacts=(
                 SimpleNamespace(
                     time=self.time,
@@ -84,9 +92,14 @@ class TrivialEngine:
                     approach_speed=1.0,
                     restitution=0.5,
                     law="ordinary",
+                    friction=None,
                 ),
             ),
-            contacts=(SimpleNamespace(body_a=names[0], body_b=names[-1], impulse=np.array([2.0, 0.0, 0.0]), count=1),),
+            contacts=(
+                SimpleNamespace(
+                    body_a=names[0], body_b=names[-1], impulse=np.array([2.0, 0.0, 0.0]), count=1, held=np.zeros(3)
+                ),
+            ),
         )
 
     def sample(self, offset, *, vertices=True, velocities=False):

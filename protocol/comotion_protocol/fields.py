@@ -110,12 +110,21 @@ class Fields:
         inner = self.map(key)
         return {name: inner.text(name) for name in inner._values}  # noqa: SLF001  (of this class)
 
+    def names(self, key: str) -> tuple[str, ...]:
+        """A list of names."""
+        inner = type(self)({str(n): item for n, item in enumerate(self._list(key))}, self._name(key))
+        return tuple(map(inner.text, inner._values))  # noqa: SLF001  (of this class)
+
     def maps(self, key: str) -> list[Self]:
         """A list of maps."""
+        value = self._list(key)
+        return [type(self)(item, f"{self._name(key)}[{n}]") for n, item in enumerate(value)]
+
+    def _list(self, key: str) -> list[Any]:
         value = self.raw(key)
         if type(value) is not list:
             raise refusal("wrong_type", "B8", self._name(key), "a list", value)
-        return [type(self)(item, f"{self._name(key)}[{n}]") for n, item in enumerate(value)]
+        return value
 
     def _name(self, key: str) -> str:
         return f"{self._where}.{key}" if self._where else key

@@ -108,16 +108,25 @@ class Sums:
 
 @dataclass(frozen=True, kw_only=True)
 class Budget:
-    """Work bound of a step: responses allowed and used; exhausted means that the rest was held."""
+    """Work bound of a step: responses allowed and used; exhausted means that the rest was held.
+
+    `capped` impacts did not end and were answered without rebound; contacts were held by time-stepping in a share
+    `fallback` of the step. Both are left out where there is nothing to tell.
+    """
 
     limit: int
     used: int
     exhausted: bool
+    capped: int | None = None
+    fallback: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Books:
-    """How well the step's impacts closed their books: worst relative errors, overlaps met and the largest one [m]."""
+    """How well the step's impacts closed their books: worst relative errors, overlaps met and the largest one [m].
+
+    `rest_energy` [J] was taken by contacts that came to rest, `shift_work` [J] done to keep held ones at their gap.
+    """
 
     momentum: float
     angular_momentum: float
@@ -125,11 +134,13 @@ class Books:
     overlaps: int
     overlap_max: float
     impacts: int
+    rest_energy: float | None = None
+    shift_work: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Impact:
-    """One impact: `impulse` [N s] along `normal` acts on body_b, its opposite on body_a."""
+    """One impact: `impulse` [N s] along `normal` and `friction` [N s] act on body_b, their opposites on body_a."""
 
     time: float
     body_a: str
@@ -140,16 +151,38 @@ class Impact:
     approach_speed: float
     restitution: float
     law: str
+    friction: Vector | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """All that a pair exchanged over the step: `impulse` [N s] on body_b, in `count` impacts."""
+    """All that a pair exchanged over the step: `impulse` [N s] on body_b, in `count` impacts and by held contacts.
+
+    `held` is the share of the latter, left out where there was none.
+    """
 
     body_a: str
     body_b: str
     impulse: Vector
     count: int
+    held: Vector | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """Two bodies, in the order of their names."""
+
+    body_a: str
+    body_b: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blocked:
+    """Bodies kept in place from `time` [s] to the step's end, for their `contacts` leave no motion (SPEC M13)."""
+
+    time: float
+    bodies: tuple[str, ...]
+    contacts: tuple[Pair, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,6 +259,7 @@ class StepReply:
     budget: Budget
     books: Books
     dt_advice: float | None = None
+    blocked: tuple[Blocked, ...] | None = None
     impacts: tuple[Impact, ...] | None = None
     contacts: tuple[Contact, ...] | None = None
     vertices: Mapping[str, FloatArray] = field(default_factory=dict)

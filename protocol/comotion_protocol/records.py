@@ -85,7 +85,13 @@ def read_sums(f: Fields) -> m.Sums:
 
 def read_budget(f: Fields) -> m.Budget:
     """Work bound of a step."""
-    return m.Budget(limit=f.count("limit"), used=f.count("used"), exhausted=f.flag("exhausted"))
+    return m.Budget(
+        limit=f.count("limit"),
+        used=f.count("used"),
+        exhausted=f.flag("exhausted"),
+        capped=f.optional(f.count, "capped"),
+        fallback=f.optional(f.finite, "fallback"),
+    )
 
 
 def read_books(f: Fields) -> m.Books:
@@ -97,6 +103,8 @@ def read_books(f: Fields) -> m.Books:
         overlaps=f.count("overlaps"),
         overlap_max=f.finite("overlap_max"),
         impacts=f.count("impacts"),
+        rest_energy=f.optional(f.finite, "rest_energy"),
+        shift_work=f.optional(f.finite, "shift_work"),
     )
 
 
@@ -112,11 +120,25 @@ def read_impact(f: Fields) -> m.Impact:
         approach_speed=f.finite("approach_speed"),
         restitution=f.finite("restitution"),
         law=f.text("law"),
+        friction=f.optional(f.vector, "friction"),
     )
 
 
 def read_contact(f: Fields) -> m.Contact:
-    """The sum of a pair's impacts."""
+    """The sum of what a pair exchanged."""
     return m.Contact(
-        body_a=f.text("body_a"), body_b=f.text("body_b"), impulse=f.vector("impulse"), count=f.count("count")
+        body_a=f.text("body_a"),
+        body_b=f.text("body_b"),
+        impulse=f.vector("impulse"),
+        count=f.count("count"),
+        held=f.optional(f.vector, "held"),
+    )
+
+
+def read_blocked(f: Fields) -> m.Blocked:
+    """Who was kept in place, and why."""
+    return m.Blocked(
+        time=f.finite("time"),
+        bodies=f.names("bodies"),
+        contacts=tuple(m.Pair(body_a=p.text("body_a"), body_b=p.text("body_b")) for p in f.maps("contacts")),
     )

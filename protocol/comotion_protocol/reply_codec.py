@@ -8,6 +8,7 @@ from comotion_protocol.blocks import Frame
 from comotion_protocol.header import pack
 from comotion_protocol.message_parts import block, by_region, frame, given, motion_arrays, read, rows_of
 from comotion_protocol.records import (
+    read_blocked,
     read_books,
     read_budget,
     read_client,
@@ -97,6 +98,7 @@ def _step_reply_frame(reply: m.StepReply) -> Frame:
         dt_advice=reply.dt_advice,
         budget=record(reply.budget),
         books=record(reply.books),
+        blocked=None if reply.blocked is None else [record(block) for block in reply.blocked],
         impacts=None if reply.impacts is None else [record(impact) for impact in reply.impacts[: limits.IMPACTS]],
         contacts=None if reply.contacts is None else [record(contact) for contact in reply.contacts],
     )
@@ -118,6 +120,7 @@ def decode_step_reply(header: bytes, bulk: bytes) -> m.StepReply:
         dt_advice=fields.optional(fields.finite, "dt_advice"),
         budget=read_budget(fields.map("budget")),
         books=read_books(fields.map("books")),
+        blocked=tuple(map(read_blocked, fields.maps("blocked"))) if fields.has("blocked") else None,
         impacts=tuple(map(read_impact, fields.maps("impacts"))) if fields.has("impacts") else None,
         contacts=tuple(map(read_contact, fields.maps("contacts"))) if fields.has("contacts") else None,
         vertices=by_region(arrays, "vertices"),

@@ -87,6 +87,7 @@ def replies() -> dict[str, tuple[str, m.Reply]]:
                 books=_books(0),
             ),
         ),
+        "step, blocked": ("step", _blocked_reply()),
         "close": ("close", m.CloseReply(steps=300, time=1.5)),
         "status, held": (
             "status",
@@ -179,6 +180,46 @@ def _step_reply() -> m.StepReply:
         velocities={"ice": -VERTICES},
         poses=np.arange(14.0).reshape(2, 7),
         twists=np.arange(12.0).reshape(2, 6),
+    )
+
+
+def _blocked_reply() -> m.StepReply:
+    hull_and_floe, floe_and_bank = m.Pair(body_a="floe-1", body_b="hull"), m.Pair(body_a="bank", body_b="floe-1")
+    impact = m.Impact(
+        time=0.5,
+        body_a="floe-1",
+        body_b="hull",
+        point=(0.0, 1.0, 0.0),
+        normal=(0.0, 1.0, 0.0),
+        impulse=2.0,
+        approach_speed=0.5,
+        restitution=0.0,
+        law="together",
+        friction=(0.25, 0.0, -0.25),
+    )
+    return m.StepReply(
+        step=100,
+        attempt=0,
+        time=0.5,
+        dt=0.005,
+        sample_time=0.5,
+        status="blocked",
+        sums=SUMS,
+        budget=m.Budget(limit=10000, used=1, exhausted=False, capped=1, fallback=0.125),
+        books=m.Books(
+            momentum=0.0,
+            angular_momentum=0.0,
+            energy=0.0,
+            overlaps=0,
+            overlap_max=0.0,
+            impacts=1,
+            rest_energy=1e-9,
+            shift_work=-1e-12,
+        ),
+        blocked=(m.Blocked(time=0.499, bodies=("hull",), contacts=(floe_and_bank, hull_and_floe)),),
+        impacts=(impact,),
+        contacts=(m.Contact(body_a="floe-1", body_b="hull", impulse=(0.5, 3.0, 0.0), count=1, held=(0.25, 1.0, 0.25)),),
+        vertices={"ice": VERTICES},
     )
 
 

@@ -23,8 +23,14 @@ class RunRecord:
     energy_error: float = 0.0
     overlaps: int = 0
     overlap_max: float = 0.0  # [m]
+    rest_energy: float = 0.0  # [J] taken by contacts that came to rest
+    shift_work: float = 0.0  # [J] done to keep held contacts at their gap
     budgets_exhausted: int = 0  # steps that needed more responses than allowed
+    capped: int = 0  # impacts whose reflections did not end
+    fallback_steps: int = 0  # steps in which contacts were held by time-stepping
     blocked_at: list[float] = field(default_factory=list)  # ends of blocked steps [s]
+    blocked_bodies: set[str] = field(default_factory=set)  # kept in place
+    blocked_contacts: set[tuple[str, str]] = field(default_factory=set)  # pairs that left no motion
 
     @property
     def simulated(self) -> float:
@@ -42,6 +48,14 @@ class RunRecord:
         self.energy_error = max(self.energy_error, books.energy)
         self.overlaps += books.overlaps
         self.overlap_max = max(self.overlap_max, books.overlap_max)
-        self.budgets_exhausted += step.reply.budget.exhausted
+        self.rest_energy += books.rest_energy or 0.0
+        self.shift_work += books.shift_work or 0.0
+        budget = step.reply.budget
+        self.budgets_exhausted += budget.exhausted
+        self.capped += budget.capped or 0
+        self.fallback_steps += budget.fallback is not None
         if step.reply.status == "blocked":
             self.blocked_at.append(step.reply.time)
+        for blocked in step.reply.blocked or ():
+            self.blocked_bodies.update(blocked.bodies)
+            self.blocked_contacts.update((pair.body_a, pair.body_b) for pair in blocked.contacts)

@@ -8,6 +8,9 @@ from comotion.run_record import RunRecord
 if TYPE_CHECKING:
     from comotion_mock_cfd.heave import HeavePeriod
 
+MOST_NAMES = 6
+"""Names listed in one line of the summary; `summary.json` has all."""
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -49,8 +52,14 @@ class Summary:
             "energy_error_max": record.energy_error,
             "overlaps": record.overlaps,
             "overlap_max_m": record.overlap_max,
+            "rest_energy_J": record.rest_energy,
+            "shift_work_J": record.shift_work,
             "budgets_exhausted": record.budgets_exhausted,
+            "impacts_capped": record.capped,
+            "fallback_steps": record.fallback_steps,
             "blocked_at_s": record.blocked_at,
+            "blocked_bodies": sorted(record.blocked_bodies),
+            "blocked_contacts": sorted(record.blocked_contacts),
             "heave": None
             if heave is None
             else {
@@ -86,7 +95,27 @@ class Summary:
             rows.append(("heave period", f"{found}; error {heave.error:+.2%}"))
         if record.budgets_exhausted:
             rows.append(("budget", f"used up in {record.budgets_exhausted} steps; see `budget` in [collisions]"))
-        if record.blocked_at:
-            rows.append(("blocked", f"{len(record.blocked_at)} steps, first at {record.blocked_at[0]:.6g} s"))
+        if record.capped:
+            rows.append(("capped", f"{record.capped} impacts did not end and were answered without rebound"))
+        if record.fallback_steps:
+            rows.append(("fallback", f"contacts were held by time-stepping in {record.fallback_steps} steps"))
+        rows += _blocked_rows(record)
         width = max(len(name) for name, _ in rows)
         return [f"{name:<{width}}  {value}" for name, value in rows]
+
+
+def _blocked_rows(record: RunRecord) -> list[tuple[str, str]]:
+    """Since when, who was kept in place, and between whom there was no way."""
+    if not record.blocked_at:
+        return []
+    rows = [("blocked", f"{len(record.blocked_at)} steps, first at {record.blocked_at[0]:.6g} s")]
+    if record.blocked_bodies:
+        rows.append(("", f"kept in place: {_listed(sorted(record.blocked_bodies))}"))
+    if record.blocked_contacts:
+        rows.append(("", f"no way between: {_listed([f'{a} and {b}' for a, b in sorted(record.blocked_contacts)])}"))
+    return rows
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

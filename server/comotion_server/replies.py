@@ -3,19 +3,27 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from comotion_protocol import messages as m
 from comotion_server.engine import EngineSample
 from comotion_server.surfaces import Surface
 
 
-def motion_arrays(sample: EngineSample, wants: m.Wants, surfaces: Mapping[str, Surface]) -> dict[str, Any]:
-    """What open and step replies share: velocities, poses and twists of a sample, as far as they are wanted."""
+def motion_arrays(
+    sample: EngineSample, wants: m.Wants, surfaces: Mapping[str, Surface], rows: NDArray[np.intp]
+) -> dict[str, Any]:
+    """What open and step replies share: velocities, poses and twists of a sample, as far as they are wanted.
+
+    Poses and twists are those of the bodies in `rows`, which have a surface (SPEC M12).
+    """
     return {
         "velocities": {
             name: surface.send(sample.velocities[name]) for name, surface in surfaces.items() if wants.velocities
         },
-        "poses": sample.poses if wants.poses else None,
-        "twists": sample.twists if wants.twists else None,
+        "poses": sample.poses[rows] if wants.poses else None,
+        "twists": sample.twists[rows] if wants.twists else None,
     }
 
 
@@ -30,7 +38,12 @@ def sums_found(out: Any) -> m.Sums:
 
 
 def step_reply(
-    request: m.StepRequest, out: Any, sample: EngineSample, wants: m.Wants, surfaces: Mapping[str, Surface]
+    request: m.StepRequest,
+    out: Any,
+    sample: EngineSample,
+    wants: m.Wants,
+    surfaces: Mapping[str, Surface],
+    rows: NDArray[np.intp],
 ) -> m.StepReply:
     """The reply to a step; regions that never move are not sent again (SPEC M8)."""
     return m.StepReply(
@@ -41,19 +54,44 @@ def step_reply(
         sample_time=float(sample.time),
         status=out.status,
         sums=sums_found(out),
-        budget=m.Budget(limit=out.budget.limit, used=out.budget.used, exhausted=out.budget.exhausted),
-        books=m.Books(
-            momentum=float(out.books.momentum),
-            angular_momentum=float(out.books.angular_momentum),
-            energy=float(out.books.energy),
-            overlaps=int(out.books.overlaps),
-            overlap_max=float(out.books.overlap_max),
-            impacts=int(out.books.impacts),
-        ),
+        budget=_budget(out.budget),
+        books=_books(out.books),
+        blocked=tuple(map(_blocked, out.blocked)) or None,
         impacts=tuple(map(_impact, out.impacts)) if wants.impacts else None,
         contacts=tuple(map(_contact, out.contacts)) if wants.contacts else None,
         vertices={name: surfaces[name].send(rows) for name, rows in sample.vertices.items() if surfaces[name].moves},
-        **motion_arrays(sample, wants, {name: surface for name, surface in surfaces.items() if surface.moves}),
+        **motion_arrays(sample, wants, {name: surface for name, surface in surfaces.items() if surface.moves}, rows),
+    )
+
+
+def _budget(budget: Any) -> m.Budget:
+    return m.Budget(
+        limit=budget.limit,
+        used=budget.used,
+        exhausted=budget.exhausted,
+        capped=int(budget.capped) or None,
+        fallback=float(budget.fallback) or None,
+    )
+
+
+def _books(books: Any) -> m.Books:
+    return m.Books(
+        momentum=float(books.momentum),
+        angular_momentum=float(books.angular_momentum),
+        energy=float(books.energy),
+        overlaps=int(books.overlaps),
+        overlap_max=float(books.overlap_max),
+        impacts=int(books.impacts),
+        rest_energy=float(books.rest_energy) or None,
+        shift_work=float(books.shift_work) or None,
+    )
+
+
+def _blocked(blocked: Any) -> m.Blocked:
+    return m.Blocked(
+        time=float(blocked.time),
+        bodies=tuple(blocked.bodies),
+        contacts=tuple(m.Pair(body_a=a, body_b=b) for a, b in blocked.contacts),
     )
 
 
@@ -68,6 +106,7 @@ def _impact(impact: Any) -> m.Impact:
         approach_speed=float(impact.approach_speed),
         restitution=float(impact.restitution),
         law=impact.law,
+        friction=None if impact.friction is None else _vector(impact.friction),
     )
 
 
@@ -77,6 +116,7 @@ def _contact(contact: Any) -> m.Contact:
         body_b=contact.body_b,
         impulse=_vector(contact.impulse),
         count=int(contact.count),
+        held=_vector(contact.held) if any(contact.held) else None,
     )
 
 

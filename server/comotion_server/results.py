@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Impact:
-    """One response of the queue to a pair that collides (P10, P11)."""
+    """One contact of an impact (P10, P11): a patch of several points gives one for each."""
 
     time: float  # [s] since the start of the scene
     body_a: str
@@ -20,22 +20,33 @@ class Impact:
     impulse: float  # along the normal: + on b, - on a [N s]
     approach_speed: float  # before the impact, positive [m/s]
     restitution: float
-    law: str  # "ordinary", or "parallel" (P12)
+    law: str  # "together", "sequential", or "soft" (e = 0 to come to rest); paper's rules: "ordinary", "parallel" (P12)
+    friction: Array | None = None  # (3,) tangential impulse on body b [N s]; None without friction
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """All impulses of one pair in one step."""
+    """All impulses of one pair in one step: of impacts and of contacts that are held."""
 
     body_a: str
     body_b: str
-    impulse: Array  # (3,) on body b; on body a the opposite [N s]
-    count: int
+    impulse: Array  # (3,) on body b, of both kinds; on body a the opposite [N s]
+    count: int  # of impacts
+    held: Array = field(default_factory=lambda: np.zeros(3))  # (3,) share of held contacts [N s]
+
+
+@dataclass(frozen=True, slots=True)
+class Blocked:
+    """A motion that cannot be: bodies that were kept where they are from `time` to the end of the step."""
+
+    time: float  # [s] since the start of the scene
+    bodies: tuple[str, ...]  # kept in place, in the order of their names
+    contacts: tuple[tuple[str, str], ...]  # pairs of bodies whose contacts exclude each other
 
 
 @dataclass(slots=True)
 class Books:
-    """Largest relative errors in the balances of the impacts of a step, and the overlaps it met (VALIDATION B)."""
+    """Largest relative errors in the balances of a step's impacts, what coming to rest took, and the overlaps met."""
 
     momentum: float = 0.0
     angular_momentum: float = 0.0
@@ -43,6 +54,8 @@ class Books:
     impacts: int = 0
     overlaps: int = 0
     overlap_max: float = 0.0  # [m]
+    rest_energy: float = 0.0  # [J] taken by contacts that come to rest: hops and collapses below the tolerance
+    shift_work: float = 0.0  # [J] done by keeping held contacts at their gap
 
     def meet_overlap(self, depth: float, *, new: bool) -> None:
         """Books an overlap of `depth` [m]; `new` if the pair was apart at the sub-step before."""
@@ -52,14 +65,16 @@ class Books:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Rounds of the queue: allowed and used in the step; exhausted: the rest of the step went without responses."""
+    """Responses allowed and used in the step, and where less exact means had to do: zeros in all but extreme scenes."""
 
     limit: int
     used: int
+    capped: int = 0  # impacts whose reflections did not end: answered with e = 0
+    fallback: float = 0.0  # share of the step, 0 to 1, in which contacts were held by time-stepping
 
     @property
     def exhausted(self) -> bool:
-        """Whether the step ran out of rounds."""
+        """Whether the step ran out: the rest of it was taken with e = 0 (rule `exact`) or without responses."""
         return self.used >= self.limit > 0
 
 
@@ -79,6 +94,7 @@ class CollisionRecord:
     contacts: tuple[Contact, ...] = ()
     books: Books = field(default_factory=Books)
     budget: Budget = Budget(0, 0)
+    blocked: tuple[Blocked, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +103,10 @@ class StepResult:
 
     time: float  # at its end, since the start of the scene [s]
     dt: float  # [s]
-    status: str  # "ok"
+    status: str  # "ok", or "blocked" when `blocked` says by whom
     sums: Sums
     impacts: tuple[Impact, ...]
     contacts: tuple[Contact, ...]
     books: Books
     budget: Budget
+    blocked: tuple[Blocked, ...] = ()

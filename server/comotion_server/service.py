@@ -14,6 +14,7 @@ from importlib import metadata
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comotion_protocol import codec, limits
 from comotion_protocol import messages as m
@@ -57,6 +58,7 @@ class Service:
         self.run = check_run(run)
         self.info = m.ServerInfo(name="comotion", version=metadata.version("comotion"), instance=_new_instance())
         self._engine = engine
+        self._rows = _rows_with_surface(engine)
         self._idle_time = idle_time
         self._digest = surface_digest(engine.regions, engine.sample(0.0).vertices)
         self._view: View | None = None
@@ -151,7 +153,7 @@ class Service:
                 ),
                 vertices={name: surface.send(sample.vertices[name]) for name, surface in surfaces.items()},
                 triangles={name: surface.triangles for name, surface in surfaces.items()},
-                **motion_arrays(sample, request.wants, surfaces),
+                **motion_arrays(sample, request.wants, surfaces, self._rows),
             )
         )
 
@@ -164,7 +166,7 @@ class Service:
         view = self._view
         if view is None:
             raise LookupError("a step was judged to be due before any open")
-        check_step(request, view.surfaces, len(self._engine.bodies.names))
+        check_step(request, view.surfaces, len(self._rows))
         before = self._engine.checkpoint()
         beginning = self._beginning if act is Act.REDO and self._beginning else Beginning(before, view.sent)
         try:
@@ -188,12 +190,14 @@ class Service:
         if request.wrenches is None:
             out = self._engine.step(request.dt, forces=forces)
         else:
-            out = self._engine.step(request.dt, wrenches=request.wrenches)
+            wrenches = np.zeros((len(self._engine.bodies.names), 6))
+            wrenches[self._rows] = request.wrenches
+            out = self._engine.step(request.dt, wrenches=wrenches)
         if request.sums is not None:
             check_sums(request, sums_found(out), self._reach(beginning.sent))
         sample = self._sample(view.wants, request.dt_next or request.dt, vertices=view.wants.vertices)
         self._engine.mark_sent(sample)
-        return codec.encode_reply(step_reply(request, out, sample, view.wants, view.surfaces)), sample
+        return codec.encode_reply(step_reply(request, out, sample, view.wants, view.surfaces, self._rows)), sample
 
     def _sample(self, wants: m.Wants, dt: float, *, vertices: bool) -> Any:
         """Where everything is now, or will be in the middle of the next step of dt [s] (SPEC M4)."""
@@ -237,6 +241,12 @@ class Service:
         if phase != self._phase[0]:
             self._phase = (phase, now)
         return self._phase
+
+
+def _rows_with_surface(engine: Engine) -> NDArray[np.intp]:
+    """Rows of the bodies that a client knows: those that are in a region, in the order of their names (SPEC M12)."""
+    known = {body.name for region in engine.regions for body in region.bodies}
+    return np.array([row for row, name in enumerate(engine.bodies.names) if name in known], dtype=np.intp)
 
 
 def _new_instance() -> str:

@@ -1,5 +1,8 @@
 """The scenes that come with comotion hold what they promise, checked as the server reads them."""
 
+import itertools
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,7 +10,7 @@ from comotion_mock_cfd.fluid import load_fluid
 from comotion_mock_cfd.fluid_forces import fluid_forces
 from comotion_mock_cfd.nodal import wrench_about
 from comotion_mock_cfd.scenes import names, path_of
-from comotion_server.scene import Fixed, Prescribed, load_scene
+from comotion_server.scene import Fixed, Plane, Prescribed, load_scene
 
 
 def placed(body):
@@ -36,8 +39,11 @@ def clear(p, q):
 
 
 def test_names_and_paths():
-    assert names() == ("channel", "drop", "float_box")
-    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are channel, drop, float_box"):
+    assert names() == (
+        *("bounce_mesh", "channel", "cradle_cubes", "drop", "float_box", "jam", "jam_1000"),
+        *("linked", "push", "staircase", "tumble"),
+    )
+    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are bounce_mesh, channel, cradle_cubes"):
         path_of("tank")
 
 
@@ -126,3 +132,74 @@ def test_the_bow_reaches_the_ice_within_half_a_second(channel):
         arm = bow[:, None] - corners
         entered |= (edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] > 0).all(axis=1).any()
     assert entered
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_page_lists_the_scene(name):
+    page = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    listed = page.split("## Scenes that come with it")[1].split("## Limits")[0]
+    assert f"`{name}`" in listed
+
+
+def test_the_cubes_of_the_cradle_touch_and_the_striker_comes_later():
+    striker = load_scene(path_of("cradle_cubes")).bodies[-1]
+    cubes = load_scene(path_of("cradle_cubes")).bodies[:-1]
+    faces = [(placed(cube)[:, 0].min(), placed(cube)[:, 0].max()) for cube in cubes]
+    assert all(left[1] == right[0] for left, right in itertools.pairwise(faces))  # to the last bit: multiples of 1/64 m
+    assert faces[0][0] - placed(striker)[:, 0].max() == 0.375 * striker.velocity[0]
+    assert len({body.mass for body in (striker, *cubes)}) == 1
+
+
+def test_the_gaps_of_the_staircase_are_equal():
+    *floes, hull = load_scene(path_of("staircase")).bodies
+    row = [hull, *floes]
+    gaps = [placed(b)[:, 0].min() - placed(a)[:, 0].max() for a, b in itertools.pairwise(row)]
+    assert gaps == [0.125, *([0.1875] * 7)]
+    assert (hull.mass, {floe.mass for floe in floes}) == (10.0, {1.0})
+
+
+def test_the_ball_of_bounce_mesh_starts_a_metre_above_its_floor():
+    ball, floor = load_scene(path_of("bounce_mesh")).bodies
+    assert isinstance(floor.shape, Plane)
+    lowest = placed(ball)[np.argmin(placed(ball)[:, 2])]
+    # The STL file's corners are float32, 4e-9 m here; the centre of mass moves by less.
+    np.testing.assert_allclose(lowest, [0.0, 0.0, 1.0], atol=1e-9)
+    assert ball.motion.locked[3:] == (True, True, True)
+
+
+def test_the_floes_of_push_float_and_drag_as_the_scene_says():
+    scene, fluid_scene = load_scene(path_of("push")), load_fluid(path_of("push"))
+    floes = scene.regions["ice"]
+    drag = 0.0
+    for floe in floes:
+        vertices = placed(floe)
+        moving = np.tile(scene.bodies[-1].motion.velocity, (len(vertices), 1))
+        force = fluid_forces(fluid_scene, vertices, moving, floe.mesh.triangles).sum(axis=0)
+        assert force[2] == pytest.approx(floe.mass * fluid_scene.gravity, rel=1e-12)
+        drag -= force[0]
+    assert drag == pytest.approx(8.9925, rel=1e-12)  # what the scene and its page say
+
+
+@pytest.mark.parametrize(("name", "count"), [("jam", 200), ("jam_1000", 1000)])
+def test_the_floes_of_a_jam_lie_apart_between_their_walls(name, count):
+    scene = load_scene(path_of(name))
+    floes = scene.regions["ice"]
+    assert len(floes) == count
+    centres = np.array([floe.position for floe in floes])
+    apart = np.linalg.norm(centres[:, None] - centres[None], axis=2) + np.eye(count)
+    assert apart.min() >= 0.25 + 0.002 - 1e-12  # twice the circumradius and the gap
+    low, high = centres.min(axis=0) - 0.125, centres.max(axis=0) + 0.125
+    for wall in (*scene.regions["walls"], *scene.regions["banks"]):
+        corners = placed(wall)
+        outside = [corners[:, k].max() < low[k] or corners[:, k].min() > high[k] for k in (0, 1)]
+        assert any(outside)
+
+
+def test_the_links_are_linked():
+    """The tube of each passes the middle of the other, four tube radii from its own centre."""
+    one, other = load_scene(path_of("linked")).bodies
+    assert np.linalg.norm(other.position - one.position) == 0.125
+    across = placed(other)[:, 2]
+    assert np.ptp(across) == pytest.approx(2 * (0.125 + 0.03125), abs=1e-7)
+    inside = np.linalg.norm(placed(other)[:, :2], axis=1) < 0.125 - 0.03125
+    assert inside.any()

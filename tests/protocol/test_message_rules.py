@@ -18,6 +18,7 @@ from comotion_protocol import (
     limits,
 )
 from comotion_protocol.messages import UNITS, StepRequest
+from comotion_server.results import Blocked
 
 DT = 0.5
 PUSH = {"ice": np.ones((4, 3))}
@@ -258,6 +259,47 @@ def test_bodies_are_numbered_by_name(peers):
         names = [body.name for region in motion.regions for body in region.bodies]
         assert sorted(names) == list(peers.engine.bodies.names)
         assert motion.opened.poses[:, 0].tolist() == [0.0, 3.0, 6.0]
+
+
+@pytest.mark.rule("M12")
+def test_bodies_without_a_surface_have_no_number():
+    class WithAFloor(TrivialEngine):
+        def __init__(self):
+            super().__init__(("hull", "hull-floor", "ice"))
+            self.everything, self.loads = self.regions, []
+            self.regions = (self.regions[0], self.regions[2])  # the body in the middle has no surface
+
+        def step(self, dt, forces=None, wrenches=None):
+            self.loads.append(wrenches)
+            seen, self.regions = self.regions, self.everything
+            out = super().step(dt, forces, wrenches)
+            self.regions = seen
+            return out
+
+    wrenches = np.arange(12.0).reshape(2, 6)
+    with Peers("memory", WithAFloor()) as peers, peers.open(wants=Wants(poses=True, twists=True)) as motion:
+        reply = motion.step(DT, wrenches=wrenches)
+        np.testing.assert_array_equal(peers.engine.loads, [[wrenches[0], np.zeros(6), wrenches[1]]])
+        assert reply.twists[:, 0].tolist() == [0.0, 6.0 * DT]
+
+
+@pytest.mark.rule("M13")
+def test_blocked_bodies_are_named(peers):
+    with peers.open() as motion:
+        assert motion.step(DT).blocked is None
+    hull, wall = peers.engine.bodies.names[0], peers.engine.bodies.names[-1]
+
+    class Jammed(TrivialEngine):
+        def step(self, dt, forces=None, wrenches=None):
+            out = super().step(dt, forces, wrenches)
+            out.status, out.blocked = "blocked", (Blocked(0.25, (hull,), ((hull, wall),)),)
+            return out
+
+    with Peers("memory", Jammed()) as jammed, jammed.open() as motion:
+        reply = motion.step(DT)
+        (blocked,) = reply.blocked
+        assert (reply.status, blocked.time, blocked.bodies) == ("blocked", 0.25, (hull,))
+        assert [(pair.body_a, pair.body_b) for pair in blocked.contacts] == [(hull, wall)]
 
 
 # E: errors -----------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mesh_forms import cube, write_stl
 
-from comotion_server.scene import Fixed, Free, Prescribed, check_scene, load_scene
+from comotion_server.scene import Fixed, Free, Plane, Prescribed, check_scene, load_scene
 
 HEAD = '[scene]\nname = "s"\nduration = 1.0\ndt = 0.1\n'
 BOX = "shape = { box = { size = [1, 2, 3] } }\n"
@@ -35,15 +35,28 @@ def test_defaults(scene):
     assert (loaded.name, loaded.duration, loaded.dt) == ("a-scene", 6.0, 0.1)
     np.testing.assert_array_equal(loaded.gravity, [0, 0, -9.81])
     settings = loaded.collisions
-    assert (settings.rule, settings.substeps, settings.restitution) == ("paper-advance", 2, 0.3)
-    assert (settings.parallel, settings.parallel_face, settings.parallel_edge) == ("paper", 0.999, 0.01)
-    assert (settings.tolerance, settings.budget) == (1e-6, 10_000)
+    assert (settings.rule, settings.restitution, settings.friction) == ("exact", 0.3, 0.0)
+    assert (settings.simultaneous, settings.parallel, settings.patch_angle) == ("together", "patch", 1e-6)
+    assert (settings.merge, settings.tolerance, settings.budget) == (False, 1e-9, 10_000)
     (only,) = loaded.bodies
     assert isinstance(only.motion, Free)
     assert (only.motion.locked, only.motion.reacts, only.region, only.material) == (6 * (False,), True, "a", None)
     np.testing.assert_array_equal(only.motion.thrust, np.zeros(3))
     np.testing.assert_array_equal(only.quaternion, [1, 0, 0, 0])
     np.testing.assert_array_equal([only.position, only.velocity, only.angular_velocity], np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("rule", ["paper", "paper-advance"])
+def test_defaults_of_the_papers_rules(scene, rule):
+    settings = scene(f"[collisions]\nrule = '{rule}'\n" + body("mass = 2")).collisions
+    assert (settings.rule, settings.substeps, settings.parallel, settings.tolerance) == (rule, 2, "paper", 1e-6)
+    assert (settings.parallel_face, settings.parallel_edge) == (0.999, 0.01)
+
+
+def test_a_given_value_goes_before_the_rules_own(scene):
+    keys = "[collisions]\nparallel = 'off'\ntolerance = 1e-12\n"
+    settings = scene(keys + body("mass = 2")).collisions
+    assert (settings.parallel, settings.tolerance) == ("off", 1e-12)
 
 
 def test_all_keys_of_a_free_body(scene):
@@ -117,10 +130,10 @@ def test_order_of_names_not_of_the_file(scene):
     assert list(loaded.regions) == ["y", "z"]
 
 
-def test_restitution_by_pairs_of_materials(scene):
+def test_restitution_and_friction_by_pairs_of_materials(scene):
     loaded = scene(
-        "[collisions]\nrestitution = 0.5\n"
-        "[[material]]\nbetween = ['ice', 'steel']\nrestitution = 0.1\n"
+        "[collisions]\nrestitution = 0.5\nfriction = 0.4\n"
+        "[[material]]\nbetween = ['ice', 'steel']\nrestitution = 0.1\nfriction = 0.03\n"
         "[[material]]\nbetween = ['ice', 'ice']\nrestitution = 0.2\n"
         + "".join(body(f"mass = 1\nmaterial = '{m}'", n) for n, m in (("a", "ice"), ("b", "steel"), ("c", "ice")))
         + body("mass = 1", "d")
@@ -128,6 +141,34 @@ def test_restitution_by_pairs_of_materials(scene):
     a, b, c, d = loaded.bodies
     between = loaded.collisions.restitution_between
     assert (between(a, b), between(b, a), between(a, c), between(a, d)) == (0.1, 0.1, 0.2, 0.5)
+    between = loaded.collisions.friction_between
+    assert (between(a, b), between(b, a), between(a, c), between(a, d)) == (0.03, 0.03, 0.4, 0.4)
+
+
+PLANE = "shape = {{ plane = {{ normal = {} }} }}\n"
+
+
+def test_planes(scene):
+    floor = body("motion = 'fixed'", "floor", "shape = { plane = { normal = [0, 0, 1], point = [0, 0, 2] } }\n")
+    wall = body("motion = { velocity = [1, 0, 0] }\nposition = [-1, 0, 0]", "wall", PLANE.format([3, 0, 4]))
+    ball, floor, wall = scene(body("mass = 1") + floor + wall).bodies
+    np.testing.assert_array_equal(floor.position, [0, 0, 2])
+    np.testing.assert_array_equal(wall.position, [-1, 0, 0])
+    assert isinstance(floor.shape, Plane)
+    np.testing.assert_allclose(wall.shape.normal, [0.6, 0, 0.8], rtol=ROUNDING)
+    assert np.isnan([floor.mass, wall.mass]).all()
+    with pytest.raises(TypeError, match='body "floor" is a plane: it has no mesh'):
+        _ = floor.mesh
+    assert ball.mesh is ball.shape
+
+
+def test_planes_are_in_no_region_and_in_the_report(scene, tmp_path):
+    floor = body("motion = 'fixed'", "floor", PLANE.format([0, 0, 1]))
+    assert list(scene(body("mass = 1") + floor).regions) == ["a"]
+    data = json.loads(json.dumps(check_scene(tmp_path / "a scene.toml").as_dict(), allow_nan=False))
+    assert [region["name"] for region in data["regions"]] == ["a"]
+    plane = data["bodies"][1]
+    assert (plane["shape"], plane["size"], plane["vertices"], plane["health"]) == ("plane", None, 0, None)
 
 
 def test_prescribed_velocities_are_the_bodys(scene):

@@ -59,12 +59,15 @@ restitution = 1.5
 """
     assert refused(text) == [
         "scene.toml:3: scene.dt: must be greater than 0 s; got -0.005",
-        "scene.toml:5: collisions.rule: must be 'paper' or 'paper-advance'; got \"papr\"; did you mean 'paper'?",
+        (
+            "scene.toml:5: collisions.rule: must be 'exact', 'paper' or 'paper-advance'; "
+            "got \"papr\"; did you mean 'paper'?"
+        ),
         "scene.toml:8: body \"hull\".mas: unknown key 'mas'; did you mean 'mass'?",
         'scene.toml:9: body "hull".shape.box.size: must have 3 entries; got [1, 2]',
         'scene.toml:10: body "hull".motion.velocity[1]: must be a number [m/s]; got "a"',
         'scene.toml:11: body "hull".locked: only a free body takes it; this one\'s motion is prescribed',
-        'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism; got stl and box',
+        'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism, plane; got stl and box',
         'scene.toml:15: body "b".mass: must be a finite number; got nan',
         "scene.toml:16: body \"b\".density: give either 'mass' or 'density', not both",
         "scene.toml:18: body \"b\".name: 'b' is already the name of the body on line 12",
@@ -151,8 +154,8 @@ def test_bodies(refused, keys, expected):
 @pytest.mark.parametrize(
     ("shape", "expected"),
     [
-        ("{}", ".shape: must have exactly one of stl, box, prism; got none"),
-        ("{ sphere = { radius = 1 } }", ".shape.sphere: unknown key 'sphere'; allowed: stl, box, prism"),
+        ("{}", ".shape: must have exactly one of stl, box, prism, plane; got none"),
+        ("{ sphere = { radius = 1 } }", ".shape.sphere: unknown key 'sphere'; allowed: stl, box, prism, plane"),
         ("{ box = { size = [1, 0, 1] } }", ".shape.box.size[1]: must be at least 1e-12 m; got 0"),
         ("{ box = { size = 1 } }", ".shape.box.size: must be a list of numbers [m]; got 1"),
         ("{ box = 1 }", ".shape.box: must be a table; got 1"),
@@ -184,8 +187,8 @@ def test_shapes(refused, shape, expected):
         (HEAD.replace("1.0", '"1"') + BODY + "mass = 1", "scene.toml:3: scene.duration: must be a number [s]"),
         (HEAD + "gravity = [0, 0]\n" + BODY + "mass = 1", "scene.toml:5: scene.gravity: must have 3 entries"),
         (
-            HEAD + "[collisions]\nrule = 'exact'\n" + BODY + "mass = 1",
-            "must be 'paper' or 'paper-advance'; got \"exact\"",
+            HEAD + "[collisions]\nrule = 'exakt'\n" + BODY + "mass = 1",
+            "must be 'exact', 'paper' or 'paper-advance'; got \"exakt\"; did you mean 'exact'?",
         ),
         (HEAD + "[collisions]\nsubsteps = 0\n" + BODY + "mass = 1", "collisions.substeps: must be at least 1; got 0"),
         (
@@ -226,6 +229,70 @@ def test_files_that_are_no_scene(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b"[scene]\n# \xe9t\xe9\n")
     with pytest.raises(SceneError, match=r"latin\.toml:2: not text in UTF-8"):
         load_scene(tmp_path / "latin.toml")
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ("substeps = 2", 'collisions.substeps: only the paper\'s rules take it; this is rule "exact"'),
+        ("rule = 'exact'\nparallel_face = 1", "collisions.parallel_face: only the paper's rules take it"),
+        ("parallel = 'paper'", 'collisions.parallel: must be "patch" or "off" under rule "exact"; got "paper"'),
+        ("rule = 'paper'\nfriction = 0.1", 'collisions.friction: only rule "exact" takes it; this is rule "paper"'),
+        ("rule = 'paper'\nsimultaneous = 'together'", 'collisions.simultaneous: only rule "exact" takes it'),
+        ("rule = 'paper'\npatch_angle = 0.1", 'collisions.patch_angle: only rule "exact" takes it'),
+        ("rule = 'paper'\nmerge = true\nrestitution = 0", 'collisions.merge: only rule "exact" takes it'),
+        (
+            "rule = 'paper-advance'\nparallel = 'patch'",
+            'collisions.parallel: must be "paper" or "off" under rule "paper-advance"; got "patch"',
+        ),
+        ("parallel = 'none'", "collisions.parallel: must be 'patch', 'paper' or 'off'; got \"none\""),
+        ("simultaneous = 'both'", "collisions.simultaneous: must be 'together' or 'sequential'; got \"both\""),
+        ("merge = 1\nrestitution = 0", "collisions.merge: must be true or false; got 1"),
+        ("merge = true", "collisions.merge: bodies merge where the restitution is 0, and it is so nowhere"),
+        ("patch_angle = 1", "collisions.patch_angle: must be at most 0.1 rad; got 1"),
+        ("friction = -0.1", "collisions.friction: must be at least 0; got -0.1"),
+        ("impact_duration = 0.1", "collisions.impact_duration: unknown key 'impact_duration'"),
+    ],
+)
+def test_collisions_of_a_rule(refused, keys, expected):
+    lines = refused(HEAD + "[collisions]\n" + keys + "\n" + BODY + "mass = 1")
+    assert len(lines) == 1, lines
+    assert expected in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ("motion = 'free'", 'body "p".motion: a plane is fixed or moves as prescribed; it has no mass'),
+        ("motion = 'fixed'\ndensity = 1", 'body "p".density: a plane has no mass'),
+        ("motion = 'fixed'\nregion = 'r'", 'body "p".region: a plane has no vertices to exchange'),
+    ],
+)
+def test_planes(refused, keys, expected):
+    plane = '[[body]]\nname = "p"\nshape = { plane = { normal = [0, 0, 1] } }\n'
+    (line,) = refused(HEAD + BODY + "mass = 1\n" + plane + keys)
+    assert line.endswith(expected)
+
+
+def test_planes_that_cannot_be(refused):
+    plane = '[[body]]\nname = "p"\nmotion = "fixed"\nshape = { plane = { normal = [0, 0, 0] } }\n'
+    (line,) = refused(HEAD + BODY + "mass = 1\n" + plane)
+    assert line.endswith('body "p".shape.plane.normal: must point somewhere; got [0, 0, 0]')
+    plane = plane.replace("0, 0, 0", "0, 0, 1")
+    assert refused(HEAD + plane) == ["scene.toml: a scene needs at least one body that is no plane"]
+    assert refused(HEAD + "[collisions]\nrule = 'paper'\n" + BODY + "mass = 1\n" + plane) == [
+        'scene.toml:14: body "p".shape.plane: only rule "exact" takes it; this is rule "paper", which measures meshes'
+    ]
+    array = plane.replace("[[body]]", "[[array]]") + "place.grid = { origin = [0, 0, 0], counts = [2, 1, 1], "
+    (line,) = refused(HEAD + BODY + "mass = 1\n" + array + "spacing = [1, 0, 0] }\n")
+    assert line.endswith('array "p".shape.plane: not for an array: a plane has no end')
+
+
+def test_a_pair_of_materials_says_something_that_its_rule_takes(refused):
+    text = BODY + "mass = 1\nmaterial = 'ice'\n[[material]]\nbetween = ['ice', 'ice']\n"
+    assert refused(HEAD + text) == ["scene.toml:10: material 1: needs 'restitution' or 'friction'"]
+    (line,) = refused(HEAD + "[collisions]\nrule = 'paper'\n" + text + "friction = 0.1\n")
+    assert line.endswith('material 1.friction: only rule "exact" takes it; this is rule "paper"')
 
 
 def test_an_open_mesh_is_refused_for_a_free_body_only(refused, tmp_path):

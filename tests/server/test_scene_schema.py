@@ -20,6 +20,7 @@ LISTED = {
     "## Shape": tables.ShapeTable,
     "| `box` |": tables.BoxTable,
     "| `prism` |": tables.PrismTable,
+    "| `plane` |": tables.PlaneTable,
     "## Motion": tables.MotionTable,
     "| `place` |": tables.PlaceTable,
     "| `grid` |": tables.GridTable,

@@ -105,7 +105,7 @@ def test_a_sample_ahead_drifts_and_leaves_no_trace(sim):
 def test_a_sample_ahead_collides_on_the_way():
     """Bodies that would overlap half a step ahead are not sent so."""
     a, b = free_box("a", (1, 1, 1), velocity=(2.0, 0.0, 0.0)), free_box("b", (1, 1, 1), position=(1.01, 0.0, 0.0))
-    sim = Simulation(scene_of(a, b, substeps=2, restitution=1.0))
+    sim = Simulation(scene_of(a, b, restitution=1.0))
     sample = sim.sample(0.02)
     np.testing.assert_allclose(sample.state.position[1] - sample.state.position[0], [1.01 + 0.02, 0, 0], atol=1e-5)
     np.testing.assert_array_equal(sim.bodies.velocity[0], [2.0, 0.0, 0.0])
@@ -159,7 +159,7 @@ def test_a_scene_far_from_the_origin_collides_the_same(offset):
     def play(shift):
         a = free_box("a", (1, 1, 1), velocity=(2.0, 0.0, 0.0), position=(shift, 0.0, 0.0))
         b = free_box("b", (1, 1, 1), position=(1.5 + shift, 0.25, 0.125))
-        sim = Simulation(scene_of(a, b, substeps=2, restitution=1.0))
+        sim = Simulation(scene_of(a, b, restitution=1.0))
         return [impact for _ in range(40) for impact in sim.step(0.01).impacts], sim.bodies.velocity
 
     (near, velocity), (far, velocity_far) = play(0.0), play(offset)

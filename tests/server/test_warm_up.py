@@ -23,7 +23,7 @@ def compiled():
 spin = dict(velocity=(0.0, 0.0, -3.0), angular_velocity=(0.1, 0.2, 0.3))
 box = free_box("box", (1.0, 1.0, 1.0), 1.0, position=(0.0, 0.0, 1.0), **spin)
 floor = fixed_box("floor", (9.0, 9.0, 1.0), (0.0, 0.0, -0.5))
-scene = scene_of(box, floor, gravity=(0.0, 0.0, -10.0), substeps=1, parallel={parallel!r})
+scene = scene_of(box, floor, gravity=(0.0, 0.0, -10.0), rule='paper-advance', substeps=1, parallel={parallel!r})
 warm_up(scene)
 simulation, warm = Simulation(scene), compiled()
 impacts = overlaps = 0

@@ -10,6 +10,7 @@ from comotion.commands.arguments import add_command, add_json, add_scene, scene_
 from comotion.commands.errors import BAD_OUTCOME
 
 if TYPE_CHECKING:
+    from comotion_server.meshes.mesh_health import MeshHealth
     from comotion_server.scene import Problem
     from comotion_server.scene.scene_report import BodyReport, SceneReport
 
@@ -77,7 +78,7 @@ def _text(report: "SceneReport") -> str:
     shapes: dict[str, list[BodyReport]] = {}
     for body in report.bodies:
         shapes.setdefault(body.shape, []).append(body)
-    meshes = [line for shape, bodies in shapes.items() for line in _mesh(shape, bodies)]
+    meshes = [line for shape, bodies in shapes.items() for line in _mesh(shape, bodies, bodies[0].health)]
     return "\n".join([f"scene {report.name}", "regions", *regions, "bodies", *_bodies(report), "meshes", *meshes])
 
 
@@ -90,12 +91,14 @@ def _bodies(report: "SceneReport") -> list[str]:
     for body in report.bodies:
         mass = "-" if body.mass is None else f"{body.mass:.6g}"
         place = ", ".join(f"{x:.6g}" for x in body.position)
-        rows.append((body.name, body.motion, mass, f"{body.size:.4g}", place, body.shape))
+        rows.append((body.name, body.motion, mass, "-" if body.size is None else f"{body.size:.4g}", place, body.shape))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
-def _mesh(shape: str, bodies: list["BodyReport"]) -> list[str]:
+def _mesh(shape: str, bodies: list["BodyReport"], health: "MeshHealth | None") -> list[str]:
+    if health is None:
+        return []
     notes = [f"    note: {note}" for note in bodies[0].notes]
     whose = _bodies_of(len(bodies)) if len(bodies) > 1 else bodies[0].name
-    return [f"  {shape} ({whose})", *(f"    {line}" for line in bodies[0].health.table().splitlines()), *notes]
+    return [f"  {shape} ({whose})", *(f"    {line}" for line in health.table().splitlines()), *notes]

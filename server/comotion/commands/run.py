@@ -97,7 +97,7 @@ def _subject(ready: "Ready", scene: "FluidScene", options: argparse.Namespace) -
         raise UserError(f"--resistance-of: there is no body {body!r}{closest(body, ready.motion)}")
     as_told = [name for name, motion in ready.motion.items() if motion == "prescribed"]
     level = scene.fluid.level if scene.fluid is not None else None
-    return Subject(ready.motion, level, body or next(iter(as_told), None), options.window)
+    return Subject(ready.motion, level, body or min(as_told, default=None), options.window)
 
 
 def _play(play: "Play", opened: "OpenReply", subject: "Subject", folder: Path | None) -> tuple["Summary", list[str]]:

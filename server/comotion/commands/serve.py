@@ -83,7 +83,8 @@ def _ready_line(options: argparse.Namespace, run: str, simulation: "Simulation")
     at_router = options.connect if options.listen is None else None
     endpoint = options.listen or at_router or DEFAULT_ENDPOINT
     if options.json:
-        motion = {body.name: type(body.motion).__name__.lower() for body in simulation.scene.bodies}
+        with_surface = [body for members in simulation.scene.regions.values() for body in members]
+        motion = {body.name: type(body.motion).__name__.lower() for body in with_surface}
         return json.dumps({"ready": True, "run": run, "endpoint": endpoint, "motion": motion})
     place = f"through {endpoint}" if at_router else f"on {endpoint}"
     return f"comotion: run {run!r} is served {place}; stop with Ctrl-C"

@@ -24,8 +24,13 @@ WRENCHES = ("time [s]", "body", "fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N
 IMPACTS = (
     *("time [s]", "body_a", "body_b", "x [m]", "y [m]", "z [m]", "nx", "ny", "nz"),
     *("impulse [N s]", "approach_speed [m/s]", "restitution", "law"),
+    *("friction_x [N s]", "friction_y [N s]", "friction_z [N s]"),
 )
-CONTACTS = ("time [s]", "body_a", "body_b", "jx [N s]", "jy [N s]", "jz [N s]", "count")
+CONTACTS = (
+    *("time [s]", "body_a", "body_b", "jx [N s]", "jy [N s]", "jz [N s]", "count"),
+    *("held_x [N s]", "held_y [N s]", "held_z [N s]"),
+)
+NOTHING = (0.0, 0.0, 0.0)
 
 
 class Tables:
@@ -53,12 +58,14 @@ class Tables:
     def write_impacts(self, impacts: Iterable["Impact"]) -> None:
         """Every impact of a step; the impulse acts along the normal on body_b and against it on body_a."""
         for hit in impacts:
-            numbers = (hit.impulse, hit.approach_speed, hit.restitution)
-            self._impacts.write([(hit.time, hit.body_a, hit.body_b, *hit.point, *hit.normal, *numbers, hit.law)])
+            numbers = (hit.impulse, hit.approach_speed, hit.restitution, hit.law, *(hit.friction or NOTHING))
+            self._impacts.write([(hit.time, hit.body_a, hit.body_b, *hit.point, *hit.normal, *numbers)])
 
     def write_contacts(self, time: float, contacts: Iterable["Contact"]) -> None:
         """Impulse per pair over the step that ends at a time [s]; it acts on body_b, and its opposite on body_a."""
-        self._contacts.write((time, pair.body_a, pair.body_b, *pair.impulse, pair.count) for pair in contacts)
+        self._contacts.write(
+            (time, pair.body_a, pair.body_b, *pair.impulse, pair.count, *(pair.held or NOTHING)) for pair in contacts
+        )
 
     def close(self) -> None:
         """Close all four files."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from comotion_server.scene.model import Body, Collisions, Fixed, Free, Prescribed, Scene
+from comotion_server.scene.model import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene
 from comotion_server.scene.pose_table import PoseTable
 from comotion_server.scene.scene_errors import Problem, SceneError
 
@@ -16,6 +16,7 @@ __all__ = [
     "Collisions",
     "Fixed",
     "Free",
+    "Plane",
     "PoseTable",
     "Prescribed",
     "Problem",

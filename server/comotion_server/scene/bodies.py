@@ -66,7 +66,7 @@ class BodyMaker:
         if solid is None or motion is None or not self._room(member_count(table.place), solid, keys):
             return
         try:
-            positions, quaternions = member_poses(table.place, _unit(table.quaternion), solid.mesh, self.folder)
+            positions, quaternions = member_poses(table.place, _unit(table.quaternion), solid.vertices, self.folder)
         except PlacementError as error:
             self.problems.add((*keys, "place", "random"), str(error))
             return
@@ -100,7 +100,7 @@ class BodyMaker:
             motion=motion,
             mass=mass,
             inertia=_inertia(table, solid, mass),
-            mesh=solid.mesh,
+            shape=solid.shape,
             position=pose[0],
             quaternion=pose[1],
             velocity=velocity,
@@ -116,8 +116,8 @@ class BodyMaker:
             self.problems.add((*keys, "shape", "stl"), f"{table.shape.stl}: {error}")
             return None
         needs_volume = "a free body" if table.motion == "free" else "a body with a density"
-        if (table.motion == "free" or table.density is not None) and not solid.health.closed:
-            found = ", ".join(solid.health.problems)
+        if (table.motion == "free" or table.density is not None) and solid.flaws:
+            found = ", ".join(solid.flaws)
             self.problems.add((*keys, "shape", "stl"), f"{solid.label}: {found}: {needs_volume} needs a closed surface")
             return None
         return solid
@@ -137,7 +137,7 @@ class BodyMaker:
             return None
 
     def _room(self, count: int, solid: Solid, keys: Keys) -> bool:
-        vertices = self.vertices + count * len(solid.mesh.vertices)
+        vertices = self.vertices + count * len(solid.vertices)
         bodies = len(self.made) + count
         if bodies > MAX_BODIES:
             self.problems.add(keys, f"brings the scene to {bodies} bodies; at most {MAX_BODIES} are allowed")

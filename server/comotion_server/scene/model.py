@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Locks = tuple[bool, bool, bool, bool, bool, bool]
+Rule = Literal["exact", "paper", "paper-advance"]
+
+BY_RULE: Any = None
+"""Stands for the value that a rule takes unless told otherwise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +59,27 @@ class Prescribed:
 
 
 @dataclass(frozen=True, eq=False)
+class Plane:
+    """A half space, solid below: a floor or a wall without end, and without a surface mesh.
+
+    Attributes:
+        normal: unit, shape (3,), body frame, out of the solid; the plane holds the body's position.
+    """
+
+    normal: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Body:
     """One rigid body at time 0.
 
     Attributes:
         name: unique in the scene.
-        region: the region of geometry exchange that its vertices belong to.
+        region: the region of geometry exchange that its vertices belong to; without meaning for a plane.
         motion: who moves it.
         mass: [kg]; nan for a fixed or prescribed body that was given none.
         inertia: about the centre of mass, body frame [kg m2], shape (3, 3); nan where the mass is.
-        mesh: surface, vertices [m] about the centre of mass, body frame. Bodies alike share one object.
+        shape: surface mesh, vertices [m] about the centre of mass, body frame, one object for bodies alike; or a plane.
         position: centre of mass [m], shape (3,), world frame.
         quaternion: (w, x, y, z), body to world, of unit length.
         velocity: of the centre of mass [m/s], shape (3,), world frame.
@@ -77,12 +92,23 @@ class Body:
     motion: Free | Fixed | Prescribed
     mass: float
     inertia: Floats
-    mesh: TriangleMesh
+    shape: TriangleMesh | Plane
     position: Floats = field(default_factory=lambda: np.zeros(3))
     quaternion: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     material: str | None = None
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """Its surface mesh.
+
+        Raises:
+            TypeError: it is a plane, which has none.
+        """
+        if isinstance(self.shape, Plane):
+            raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
+        return self.shape
 
 
 @dataclass(frozen=True)
@@ -90,32 +116,58 @@ class Collisions:
     """How collisions are found and answered.
 
     Attributes:
-        rule: the paper's queue to the letter, or read the other way: advance, then respond (P9, P10).
+        rule: exact contact times and clusters of contacts; or the paper's queue to the letter, or read the other way:
+            advance, then respond (P9, P10).
         restitution: where no pair of materials says otherwise (P11).
+        friction: Coulomb's coefficient, likewise; rule `exact`.
+        simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
+        parallel: what carries the torque of level contacts: the whole patch (rule `exact`), the paper's criteria (P12;
+            its rules), or nothing but the closest point.
+        patch_angle: faces level within this angle [rad] touch as a whole; rule `exact`.
+        merge: whether bodies that meet with restitution 0 become one (P11); rule `exact`.
         substeps: N of the paper's queue (P10).
-        parallel: the paper's criteria for near-parallel contacts, or none (P12).
         parallel_face: |cos| of two faces' normals from which they count as parallel (P12).
         parallel_edge: |cos| of an edge and a face's normal up to which they count as parallel (P12).
-        tolerance: gap taken as contact by `paper-advance`, relative to the smaller body's size.
+        tolerance: gap taken as contact by `exact` and `paper-advance`, relative to the smaller body's size.
         budget: most responses in one step.
         material_pairs: restitution of two materials.
+        material_frictions: friction of two materials.
     """
 
-    rule: Literal["paper", "paper-advance"] = "paper-advance"
+    rule: Rule = "exact"
     restitution: float = 0.3
+    friction: float = 0.0
+    simultaneous: Literal["together", "sequential"] = "together"
+    parallel: Literal["patch", "paper", "off"] = BY_RULE
+    patch_angle: float = 1e-6
+    merge: bool = False
     substeps: int = 2
-    parallel: Literal["paper", "off"] = "paper"
     parallel_face: float = 0.999
     parallel_edge: float = 0.01
-    tolerance: float = 1e-6
+    tolerance: float = BY_RULE
     budget: int = 10_000
     material_pairs: Mapping[frozenset[str], float] = field(default_factory=dict)
+    material_frictions: Mapping[frozenset[str], float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        exact = self.rule == "exact"
+        for name, value in (("parallel", "patch" if exact else "paper"), ("tolerance", 1e-9 if exact else 1e-6)):
+            if getattr(self, name) is BY_RULE:
+                object.__setattr__(self, name, value)
 
     def restitution_between(self, a: Body, b: Body) -> float:
         """Coefficient of restitution of two bodies: their materials' pair if there is one, else the default."""
-        if a.material is None or b.material is None:
-            return self.restitution
-        return self.material_pairs.get(frozenset((a.material, b.material)), self.restitution)
+        return _of_pair(self.material_pairs, a, b, self.restitution)
+
+    def friction_between(self, a: Body, b: Body) -> float:
+        """Coefficient of friction of two bodies, found in the same way."""
+        return _of_pair(self.material_frictions, a, b, self.friction)
+
+
+def _of_pair(of_materials: Mapping[frozenset[str], float], a: Body, b: Body, otherwise: float) -> float:
+    if a.material is None or b.material is None:
+        return otherwise
+    return of_materials.get(frozenset((a.material, b.material)), otherwise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +195,9 @@ class Scene:
 
     @cached_property
     def regions(self) -> dict[str, tuple[Body, ...]]:
-        """Bodies of each region, both in the order of their names."""
-        members: dict[str, list[Body]] = {body.region: [] for body in self.bodies}
+        """Bodies of each region, both in the order of their names; planes have no surface to exchange."""
+        members: dict[str, list[Body]] = {}
         for body in self.bodies:
-            members[body.region].append(body)
+            if not isinstance(body.shape, Plane):
+                members.setdefault(body.region, []).append(body)
         return {region: tuple(members[region]) for region in sorted(members)}

@@ -15,7 +15,6 @@ from comotion_server.scene.csv_table import read_poses
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from comotion_server.meshes.triangle_mesh import TriangleMesh
     from comotion_server.scene.tables import GridTable, PlaceTable, RandomTable
 
 Floats = npt.NDArray[np.float64]
@@ -28,13 +27,13 @@ class PlacementError(ValueError):
     """Members that do not fit; the message says why in one line."""
 
 
-def member_poses(place: PlaceTable, attitude: Floats, mesh: TriangleMesh, folder: Path) -> tuple[Floats, Floats]:
+def member_poses(place: PlaceTable, attitude: Floats, vertices: Floats, folder: Path) -> tuple[Floats, Floats]:
     """Positions [m], shape (n, 3), and unit quaternions, shape (n, 4), of an array's members.
 
     Args:
         place: how to place them.
         attitude: quaternion that every member has before it is turned by its place.
-        mesh: of a member, about its centre.
+        vertices: of a member [m], shape (n, 3), about its centre.
         folder: that file names are relative to.
 
     Raises:
@@ -45,7 +44,7 @@ def member_poses(place: PlaceTable, attitude: Floats, mesh: TriangleMesh, folder
         positions = _grid(place.grid)
         turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(positions), 1))
     elif place.random is not None:
-        positions, turns = _random_field(place.random, mesh.vertices @ _rotation(attitude).T)
+        positions, turns = _random_field(place.random, vertices @ _rotation(attitude).T)
     else:
         positions, turns = read_poses(folder / str(place.poses))
     return positions, np.array([quaternion_product(turn, attitude) for turn in turns])

@@ -12,9 +12,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from comotion_server.scene.bodies import BodyMaker, MadeBody
-from comotion_server.scene.model import Collisions, Scene
+from comotion_server.scene.model import Collisions, Plane, Scene
 from comotion_server.scene.problems import Problems, path_of, sentence, shown
-from comotion_server.scene.rules import body_rules
+from comotion_server.scene.rules import PAPER_RULES, body_rules, collisions_rules, exact_only_rules
 from comotion_server.scene.scene_errors import Problem, SceneError
 from comotion_server.scene.scene_report import SceneReport, report_of
 from comotion_server.scene.tables import ArrayTable, BodyKeys, BodyTable, SceneFile
@@ -48,8 +48,11 @@ def _read(path: Path) -> tuple[Scene, list[MadeBody]]:
     made = _made(raw, path.parent, problems)
     _check_names(raw, made, problems)
     _check_materials(raw, problems)
+    _check_collisions(raw, problems)
     if file is not None and not (file.body or file.array):
         problems.add((), "a scene needs at least one [[body]] or [[array]]")
+    elif made and all(isinstance(item.body.shape, Plane) for item in made):
+        problems.add((), "a scene needs at least one body that is no plane")
     if problems.found or file is None:
         raise SceneError(problems.found)
     return _scene(file, path, made), made
@@ -147,16 +150,35 @@ def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
         if frozenset(between) in pairs:
             problems.add(("material", index, "between"), f"there is an earlier [[material]] between {shown(between)}")
         pairs.add(frozenset(between))
+        if not {"restitution", "friction"} & set(table):
+            problems.add(("material", index), "needs 'restitution' or 'friction'")
+
+
+def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
+    collisions = raw.get("collisions", {})
+    if not isinstance(collisions, dict):
+        return
+    for below, message in collisions_rules(collisions, [table for _, table in _tables(raw, "material")]):
+        problems.add(("collisions", *below), message)
+    if (rule := collisions.get("rule")) in PAPER_RULES:
+        for kind in ("body", "array", "material"):
+            for index, table in _tables(raw, kind):
+                for below, message in exact_only_rules(kind, table, rule):
+                    problems.add((kind, index, *below), message)
 
 
 def _scene(file: SceneFile, path: Path, made: list[MadeBody]) -> Scene:
-    pairs = {frozenset(material.between): material.restitution for material in file.material}
+    pairs = [(frozenset(material.between), material) for material in file.material]
     return Scene(
         name=file.scene.name or _name_from(path),
         gravity=np.array(file.scene.gravity),
         duration=file.scene.duration,
         dt=file.scene.dt,
-        collisions=Collisions(**file.collisions.model_dump(), material_pairs=pairs),
+        collisions=Collisions(
+            **file.collisions.model_dump(),
+            material_pairs={pair: of.restitution for pair, of in pairs if of.restitution is not None},
+            material_frictions={pair: of.friction for pair, of in pairs if of.friction is not None},
+        ),
         bodies=tuple(item.body for item in made),
     )
 

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 Found = tuple[tuple[str, ...], str]
 FREE_ONLY = ("locked", "reacts", "thrust")
 VELOCITIES = ("velocity", "angular_velocity")
-SHAPES = ("stl", "box", "prism")
+SHAPES = ("stl", "box", "prism", "plane")
+EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
+PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
+PAPER_RULES = ("paper", "paper-advance")
 PLACES = ("grid", "poses", "random")
 
 
@@ -30,7 +33,10 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
     motion = body.get("motion", "free")
     yield from _exactly_one(body.get("shape"), "shape", SHAPES)
     yield from _exactly_one(body.get("place"), "place", PLACES)
-    yield from _mass_rules(body, free=motion == "free", complete=complete)
+    if isinstance(body.get("shape"), dict) and "plane" in body["shape"]:
+        yield from _plane_rules(body)
+    else:
+        yield from _mass_rules(body, free=motion == "free", complete=complete)
     if motion == "free":
         yield from _locked_velocity(body)
     elif motion == "fixed":
@@ -39,6 +45,45 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
         yield from _not_with(body, FREE_ONLY, "only a free body takes it; this one's motion is prescribed")
         yield from _not_with(body, VELOCITIES, "a prescribed body moves as its 'motion' says; give it there")
         yield from _motion_rules(body, motion)
+
+
+def collisions_rules(collisions: Mapping[str, Any], materials: Sequence[Mapping[str, Any]]) -> Iterator[Found]:
+    """Broken rules of `[collisions]`: keys that its rule does not take, and a merging that never happens.
+
+    Args:
+        collisions: the table as read.
+        materials: the tables of all pairs of materials as read.
+    """
+    rule = collisions.get("rule", "exact")
+    if rule == "exact":
+        yield from _not_with(collisions, PAPER_ONLY, 'only the paper\'s rules take it; this is rule "exact"')
+        if collisions.get("parallel") == "paper":
+            yield ("parallel",), 'must be "patch" or "off" under rule "exact"; got "paper"'
+    elif rule in PAPER_RULES:
+        yield from _not_with(collisions, EXACT_ONLY, f'only rule "exact" takes it; this is rule "{rule}"')
+        if collisions.get("parallel") == "patch":
+            yield ("parallel",), f'must be "paper" or "off" under rule "{rule}"; got "patch"'
+    restitutions = [table.get("restitution") for table in (collisions, *materials)]
+    if collisions.get("merge") is True and 0 not in restitutions:
+        yield ("merge",), "bodies merge where the restitution is 0, and it is so nowhere"
+
+
+def exact_only_rules(kind: str, table: Mapping[str, Any], rule: str) -> Iterator[Found]:
+    """What a `[[body]]`, `[[array]]` or `[[material]]` asks for that one of the paper's rules does not have."""
+    shape = table.get("shape")
+    if isinstance(shape, dict) and "plane" in shape:
+        yield ("shape", "plane"), f'only rule "exact" takes it; this is rule "{rule}", which measures meshes'
+    if kind == "material":
+        yield from _not_with(table, ("friction",), f'only rule "exact" takes it; this is rule "{rule}"')
+
+
+def _plane_rules(body: Mapping[str, Any]) -> Iterator[Found]:
+    if "place" in body:
+        yield ("shape", "plane"), "not for an array: a plane has no end"
+    if body.get("motion", "free") == "free":
+        yield ("motion",), "a plane is fixed or moves as prescribed; it has no mass"
+    yield from _not_with(body, ("mass", "density", "inertia"), "a plane has no mass")
+    yield from _not_with(body, ("region",), "a plane has no vertices to exchange")
 
 
 def _exactly_one(table: Any, name: str, choices: Sequence[str]) -> Iterator[Found]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comotion_server.scene.model import Body, Fixed, Free, Scene
+from comotion_server.scene.model import Body, Fixed, Free, Plane, Scene
 
 if TYPE_CHECKING:
     from comotion_server.meshes.mesh_health import MeshHealth
@@ -27,10 +27,10 @@ class BodyReport:
         principal_moments: of inertia about the centre of mass [kg m2], ascending, or None.
         volume: [m3], or None for a surface that encloses nothing.
         position: centre of mass [m], world frame.
-        size: diameter [m] of the bounding sphere about the centre of mass.
+        size: diameter [m] of the bounding sphere about the centre of mass; None for a plane.
         vertices: of its mesh.
         triangles: of its mesh.
-        health: of its mesh.
+        health: of its mesh; None for a plane.
         notes: what is worth knowing and no mistake.
     """
 
@@ -42,15 +42,15 @@ class BodyReport:
     principal_moments: tuple[float, float, float] | None
     volume: float | None
     position: tuple[float, float, float]
-    size: float
+    size: float | None
     vertices: int
     triangles: int
-    health: MeshHealth
+    health: MeshHealth | None
     notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        return asdict(self) | {"health": self.health.as_dict()}
+        return asdict(self) | {"health": self.health and self.health.as_dict()}
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,7 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
 
 def _body_report(made: MadeBody) -> BodyReport:
     body, solid = made.body, made.solid
+    mesh = None if isinstance(body.shape, Plane) else body.shape
     moments = None if np.isnan(body.inertia).any() else np.linalg.eigvalsh(body.inertia)
     return BodyReport(
         name=body.name,
@@ -107,9 +108,9 @@ def _body_report(made: MadeBody) -> BodyReport:
         principal_moments=None if moments is None else _triple(moments),
         volume=None if np.isnan(solid.volume) else solid.volume,
         position=_triple(body.position),
-        size=body.mesh.size,
-        vertices=len(body.mesh.vertices),
-        triangles=len(body.mesh.triangles),
+        size=None if mesh is None else mesh.size,
+        vertices=0 if mesh is None else len(mesh.vertices),
+        triangles=0 if mesh is None else len(mesh.triangles),
         health=solid.health,
         notes=_notes(made),
     )
@@ -122,10 +123,9 @@ def _motion_word(body: Body) -> str:
 
 
 def _notes(made: MadeBody) -> tuple[str, ...]:
-    health = made.solid.health
-    if health.closed:
+    if not made.solid.flaws:
         return ()
-    what = ", ".join(health.problems)
+    what = ", ".join(made.solid.flaws)
     return (f"not a closed surface: {what}; its position is its centre of area",)
 
 

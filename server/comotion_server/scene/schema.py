@@ -34,7 +34,7 @@ def _without_null(node: Any) -> Any:
         return [_without_null(entry) for entry in node]
     if not isinstance(node, dict):
         return node
-    node = {key: _without_null(value) for key, value in node.items() if not (key == "default" and value is None)}
+    node = {key: _without_null(value) for key, value in node.items() if value is not None}
     if node.get("unit", "1") != "1" and "description" in node:
         node["description"] += f" [{node['unit']}]"
     choices = [choice for choice in node.get("anyOf", []) if choice != {"type": "null"}]

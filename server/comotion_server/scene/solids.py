@@ -1,4 +1,4 @@
-"""From the shape that a scene asks for to a mesh about its centre, each shape made once however many bodies have it."""
+"""From the shape that a scene asks for to one ready for bodies, each made once however many bodies have it."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from comotion_server.meshes.mesh_file import load_mesh
 from comotion_server.meshes.repair import repair
 from comotion_server.meshes.shapes import box, box_properties, prism, prism_properties
 from comotion_server.meshes.triangle_mesh import TriangleMesh
+from comotion_server.scene.model import Plane
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from comotion_server.meshes.mass import MassProperties
     from comotion_server.meshes.mesh_health import MeshHealth
-    from comotion_server.scene.tables import ShapeTable
+    from comotion_server.scene.tables import PlaneTable, ShapeTable
 
 Floats = npt.NDArray[np.float64]
 
@@ -31,19 +32,30 @@ class Solid:
 
     Attributes:
         label: what the scene calls it, for messages and reports.
-        mesh: vertices [m] about the centre, axes of the shape.
-        centre: of mass, or of area where nothing is enclosed [m], shape (3,), in the coordinates of the file.
+        shape: mesh, vertices [m] about the centre, axes of the shape; or a plane.
+        centre: of mass, or of area where nothing is enclosed [m], shape (3,), in the coordinates of the file; for a
+            plane its point.
         volume: [m3]; nan for a surface that encloses nothing.
         inertia: of density 1 about the centre [m5], shape (3, 3); nan likewise.
-        health: of the mesh.
+        health: of the mesh, if there is one.
     """
 
     label: str
-    mesh: TriangleMesh
+    shape: TriangleMesh | Plane
     centre: Floats
     volume: float
     inertia: Floats
-    health: MeshHealth
+    health: MeshHealth | None
+
+    @property
+    def vertices(self) -> Floats:
+        """Of the mesh [m], shape (n, 3); a plane has none."""
+        return np.empty((0, 3)) if isinstance(self.shape, Plane) else self.shape.vertices
+
+    @property
+    def flaws(self) -> tuple[str, ...]:
+        """Why the mesh is no closed surface; nothing if it is one, or if there is no mesh."""
+        return () if self.health is None or self.health.closed else tuple(self.health.problems)
 
 
 class Solids:
@@ -80,7 +92,14 @@ class Solids:
             lengths = (shape.prism.base, shape.prism.height, shape.prism.thickness)
             label = f"prism {lengths[0]:g} x {lengths[1]:g} x {lengths[2]:g} m"
             return _exact(label, prism(*lengths), prism_properties(*lengths))
+        if shape.plane is not None:
+            return _plane(shape.plane)
         raise MeshError("no shape")
+
+
+def _plane(table: PlaneTable) -> Solid:
+    normal = np.array(table.normal) / np.linalg.norm(table.normal)
+    return Solid("plane", Plane(normal), np.array(table.point), np.nan, np.full((3, 3), np.nan), None)
 
 
 def _from_file(label: str, path: Path) -> Solid:

@@ -39,6 +39,12 @@ def _unit_quaternion(value: list[float]) -> list[float]:
     return value
 
 
+def _some_direction(value: list[float]) -> list[float]:
+    if not any(value):
+        raise ValueError("must point somewhere")
+    return value
+
+
 def _possible_inertia(value: list[list[float]]) -> list[list[float]]:
     inertia = np.array(value)
     largest = float(np.abs(inertia).max())
@@ -76,7 +82,9 @@ Lengths = Annotated[list[Annotated[float, Field(**LENGTHS)]], Field(min_length=3
 Quaternion = Annotated[list[float], Field(min_length=4, max_length=4), AfterValidator(_unit_quaternion)]
 Inertia = Annotated[list[Vector], Field(min_length=3, max_length=3), AfterValidator(_possible_inertia)]
 Locks = Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], AfterValidator(_possible_locks)]
+Direction = Annotated[Vector, AfterValidator(_some_direction)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
+Friction = Annotated[float, Field(ge=0, le=LARGEST)]
 
 
 class SceneTable(Table):
@@ -95,20 +103,28 @@ class SceneTable(Table):
 class CollisionsTable(Table):
     """How collisions are found and answered."""
 
-    rule: Literal["paper", "paper-advance"] = "paper-advance"
-    """The paper's queue to the letter, or read the other way: advance, then respond."""
+    rule: Literal["exact", "paper", "paper-advance"] = "exact"
+    """Exact contact times; or the paper's queue to the letter, or read the other way: advance, then respond."""
     restitution: Restitution = quantity("1", 0.3)
     """Coefficient of restitution: 1 elastic, 0 plastic; pairs of materials may say otherwise."""
+    friction: Friction = quantity("1", 0.0)
+    """Coulomb's coefficient; pairs of materials may say otherwise. Rule `exact` only."""
+    simultaneous: Literal["together", "sequential"] = "together"
+    """Contacts at the same time are answered as one problem, or one after the other. Rule `exact` only."""
+    parallel: Literal["patch", "paper", "off"] | None = None
+    """Level faces touch as a whole ("patch", rule `exact`), or push without turning ("paper", the paper's rules)."""
+    patch_angle: float = quantity("rad", 1e-6, ge=0, le=0.1)
+    """Faces level within this angle touch as a whole. Rule `exact` only."""
+    merge: bool = False
+    """Whether bodies that meet with restitution 0 become one. Rule `exact` only."""
     substeps: int = quantity("1", 2, ge=1, le=1_000_000)
     """N of the paper's queue: each advance covers the N-th part of the time to the earliest contact."""
-    parallel: Literal["paper", "off"] = "paper"
-    """Whether near-parallel contacts take the paper's impulse without rotation."""
     parallel_face: Annotated[float, Field(ge=0, le=1)] = quantity("1", 0.999)
     """Two faces are parallel where |cos| between their normals is at least this."""
     parallel_edge: Annotated[float, Field(ge=0, le=1)] = quantity("1", 0.01)
     """An edge and a face are parallel where |cos| between edge and normal is at most this."""
-    tolerance: float = quantity("1", 1e-6, gt=0, le=0.1)
-    """Gap that counts as contact under `paper-advance`, relative to the smaller body's size."""
+    tolerance: float | None = quantity("1", None, gt=0, le=0.1)
+    """Gap that counts as contact, relative to the smaller body's size; not of rule `paper`."""
     budget: int = quantity("1", 10_000, ge=1, le=1_000_000_000)
     """Most impacts answered in one step."""
 
@@ -118,8 +134,10 @@ class MaterialTable(Table):
 
     between: Annotated[list[Name], Field(min_length=2, max_length=2)]
     """The two materials; a pair may name one twice."""
-    restitution: Restitution = quantity("1")
+    restitution: Restitution | None = quantity("1", None)
     """Coefficient of restitution between them."""
+    friction: Friction | None = quantity("1", None)
+    """Coulomb's coefficient between them. Rule `exact` only."""
 
 
 class BoxTable(Table):
@@ -140,6 +158,15 @@ class PrismTable(Table):
     """Thickness along z."""
 
 
+class PlaneTable(Table):
+    """A half space, solid below the plane: for fixed and prescribed bodies, rule `exact` only."""
+
+    normal: Direction = quantity("1")
+    """Out of the solid, of any length, body frame."""
+    point: Vector = quantity("m", [0.0, 0.0, 0.0])
+    """Of the plane, world frame; a `position` takes its place."""
+
+
 class ShapeTable(Table):
     """Exactly one shape."""
 
@@ -149,6 +176,8 @@ class ShapeTable(Table):
     """A box."""
     prism: PrismTable | None = None
     """A triangular prism."""
+    plane: PlaneTable | None = None
+    """A plane without end."""
 
 
 class MotionTable(Table):
@@ -178,7 +207,7 @@ class BodyKeys(Table):
     name: Name
     """Unique in the scene."""
     shape: ShapeTable
-    """The body's shape: exactly one of stl, box, prism."""
+    """The body's shape: exactly one of stl, box, prism, plane."""
     region: Name | None = None
     """Region of geometry exchange that the vertices belong to; the name unless given."""
     motion: Motion = "free"

@@ -1,0 +1,80 @@
+"""A world as the event queue takes it: its shapes, its rules of impact, and room for what the queue remembers."""
+
+from collections.abc import Sequence
+from math import inf
+
+import numpy as np
+
+from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
+from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
+from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
+from comotion_server.kernels.solids import MESH, PLANE, Solids
+from comotion_server.meshes import TriangleMesh
+from comotion_server.meshes.mesh_store import MeshStore
+from comotion_server.scene import Plane
+from comotion_server.scene import Scene as SceneModel
+from comotion_server.world import World
+
+PAIRS_PER_BODY = 24  # of room to begin with; more is made where it is needed
+CONTACT_ROOM = 4096  # contact points of one cluster to begin with
+LOG_ROOM = 4096  # contact points of impacts
+
+
+def solids_of(shapes: Sequence[TriangleMesh | Plane]) -> Solids:
+    """The shapes of all bodies."""
+    count = len(shapes)
+    meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
+    store = MeshStore.build(meshes)
+    numbers = iter(store.shape_of_mesh)
+    kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
+    radius, near = np.full(count, inf), np.full(count, inf)
+    for i, shape in enumerate(shapes):
+        if isinstance(shape, TriangleMesh):
+            number[i], radius[i], near[i] = next(numbers), 0.5 * shape.size, near_distance(shape)
+        else:
+            kind[i], normal[i] = PLANE, shape.normal
+    return Solids(store.arrays, kind, number, normal, radius, near)
+
+
+def rules_of(scene: SceneModel) -> Rules:
+    """Restitution and friction between the materials of a scene, and how contacts are answered."""
+    settings, bodies = scene.collisions, scene.bodies
+    names = sorted({body.material or "" for body in bodies})
+    of_name = {name: next(body for body in bodies if (body.material or "") == name) for name in names}
+    pairs = [(of_name[a], of_name[b]) for a in names for b in names]
+    shape = (len(names), len(names))
+    restitution = np.array([settings.restitution_between(a, b) for a, b in pairs], dtype=np.float64).reshape(shape)
+    friction = np.array([settings.friction_between(a, b) for a, b in pairs], dtype=np.float64).reshape(shape)
+    sizes = [body.shape.size for body in bodies if isinstance(body.shape, TriangleMesh)]
+    return Rules(
+        material=np.array([names.index(body.material or "") for body in bodies]),
+        restitution=restitution,
+        friction=friction,
+        law=TOGETHER if settings.simultaneous == "together" else SEQUENTIAL,
+        angle=settings.patch_angle if settings.parallel == "patch" else 0.0,
+        level=1.5 * settings.patch_angle * max(sizes, default=0.0),
+        resting=True,
+        merging=settings.merge,
+    )
+
+
+def scene_of(world: World, solids: Solids) -> Scene:
+    """The bodies of a world with their states, which are the same arrays."""
+    return Scene(world.bodies, solids, world.flights, *world.state.arrays)
+
+
+def queue_of(world: World, solids: Solids) -> Queue:
+    """A queue that knows no pairs yet."""
+    finite = np.isfinite(solids.radius)
+    extent = np.abs(world.state.position[finite]).max(axis=1, initial=0.0) + solids.radius[finite]
+    grain = np.full(world.body_count, ROUNDINGS * np.spacing(max(extent, default=1.0)))
+    queue: Queue = new_queue(
+        world.state.position,
+        solids.radius,
+        world.scene.collisions.tolerance * 2.0 * solids.radius,
+        grain,
+        PAIRS_PER_BODY * world.body_count + 100,
+        CONTACT_ROOM,
+        LOG_ROOM,
+    )
+    return queue

@@ -1,0 +1,473 @@
+"""How bodies come to rest on each other, stay, turn and slide, and part (docs/rest.md).
+
+Islands live from one sub-step to the next. At the end of each, or when something hits one, its bodies are landed, the
+contacts are found afresh from the geometry, and
+
+  (1) contacts that close are answered: with e = 0 where the bounce would be no higher than `delta`, else as an impact;
+  (2) contacts that are pressed together and open no faster than such a bounce are closed;
+  (3) contacts that have come off the middle of `delta` are put back there, which takes no momentum;
+  (4) the bodies take off on a flight under the contact forces, as far as that flight is true (`held_flight`).
+
+An island whose bodies all stand still sleeps: nothing is done until a force on it changes or somebody comes.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comotion_server.island import Island
+from comotion_server.kernels.contact_manifold import new_patch_work
+from comotion_server.kernels.contacts import Contacts
+from comotion_server.kernels.event_answer import answer, contacts_of
+from comotion_server.kernels.event_cluster import gather_about
+from comotion_server.kernels.event_queue import set_timer, take_off
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS, Queue, Rules, Scene
+from comotion_server.kernels.flight import fly_rows
+from comotion_server.kernels.held_contacts import (
+    begin_rows,
+    contacts_of_pairs,
+    eases,
+    kinetic_energy,
+    move,
+    opening_speeds,
+)
+from comotion_server.kernels.held_flight import STAGES, Course, correct, evaluate, new_course, straying, try_flight
+from comotion_server.kernels.impact_cluster import (
+    BLOCKED,
+    SOLVED,
+    TOGETHER,
+    collide,
+    displacements,
+    new_report,
+    settle_velocities,
+)
+from comotion_server.touching import ROUNDING, Judgement, Pair, RestRecord, SoftImpact, Touching
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+TURN = 0.02  # [rad] per sub-step at most; larger: contact forces are less well known on the way
+STRAY = 0.125  # of delta: how far a flight may stray from its contacts on the way; above 0.4 they touch
+BAND = 0.25  # of delta: how far a held gap may be off its middle before it is put back; above 0.4 it touches or opens
+KEEP = 0.1  # of delta: the gap that all others keep when some are put back; below, they touch
+ATTEMPTS = 40  # to find the length of a sub-step before it is taken as it is
+SHORTEST = 1e-4  # of the first length tried: sub-steps are not made shorter to find where a contact parts
+SLID = 1e-9  # of a body's size: how far beyond its face a point may be where it is found to have slid off
+PARTED = 1e-3  # of the speed of a hop as high as delta: how fast a contact may open where it is found to have parted
+STEADY = 1e-12  # of the free acceleration: what is left of less counts as none
+STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand still
+EXCURSION = 4.0  # deltas: a contact that came back from no farther off does not bounce again
+STRIDES = 5  # of time-stepping in a step; its error is of first order
+MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
+PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
+
+
+class Islands:
+    """The islands of a world."""
+
+    def __init__(self, scene: Scene, queue: Queue, rules: Rules) -> None:
+        self.scene, self.queue, self.rules = scene, queue, rules
+        count = len(scene.x)
+        self.all: list[Island] = []
+        self.record = RestRecord()
+        self.blocked = np.empty((0, 2), dtype=np.int64)  # pairs of bodies whose contacts exclude each other
+        self._trial = tuple(array.copy() for array in self.state)
+        self._room = np.zeros((count, 3)), np.zeros((count, 3))
+        self._acceleration, self._torque, self._force = (np.zeros((count, 3)) for _ in range(3))
+        self._stepping = np.zeros(count, dtype=np.bool_)  # whose island has used up its work of the step
+        self._work_done = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest in the step
+        self._stride = np.inf  # of time-stepping [s]
+        self._work = new_patch_work()
+
+    @property
+    def state(self) -> tuple[Array, ...]:
+        """In the order of kernels: x, v, R, L, w."""
+        scene = self.scene
+        return scene.x, scene.v, scene.R, scene.L, scene.w
+
+    # a step
+
+    def begin(self) -> None:
+        """All bodies have begun the free flights of a step at local time 0."""
+        flights, ease = self.scene.flights, self.scene.bodies.inverse_mass
+        force = np.divide(flights.acceleration, ease, out=np.zeros_like(ease), where=ease > 0.0)
+        changed = (force != self._force).any(axis=1) | (flights.torque != self._torque).any(axis=1)
+        self._force, self._torque, self._acceleration = force, flights.torque.copy(), flights.acceleration.copy()
+        self.record = RestRecord()
+        self._stepping[:], self._work_done[:] = False, 0
+        for island in self.all:
+            island.begin = 0.0
+            island.asleep &= not changed[island.members].any()
+
+    def take_up(self, time: float, until: float) -> bool:
+        """All islands go on from a local time, to `until` [s] at most: whether motion is possible, as in `rest`."""
+        self._stride = (until - time) / STRIDES
+        for island in list(self.all):
+            if island.asleep and self._others_stand(island):
+                self._stand_still(island, time)
+            elif island in self.all and not self.rest(island.members, time, until):
+                return False
+        return True
+
+    def end(self, time: float) -> None:
+        """All bodies have flown to the end of the step: what the islands' velocities lack is added."""
+        for island in self.all:
+            self._complete(island, time)
+
+    def rest(self, seeds: Rows, time: float, until: float) -> bool:
+        """Lets `seeds` and all they touch at a local time come to rest on each other, or part.
+
+        No flight goes beyond `until` [s]. False where no motion satisfies the contacts of `blocked`: all these bodies
+        are then on free flights.
+        """
+        touching = self._gather(seeds, time)
+        self._work_done[touching.members] += 1
+        self._stepping[touching.members] |= bool((self._work_done[touching.members] > MOST_RESTS).any())
+        plastic = bool(self._stepping[touching.members].any())
+        found = self._judge(touching, time, plastic=plastic)
+        for turn in range(PASSES):
+            if found.hard.any():
+                possible = self._bounce(touching, found)
+            elif found.closing.any() or found.stick.any():
+                possible = self._close(touching, found, time)
+            else:
+                break
+            if not possible:
+                return False
+            found = self._judge(touching, time, plastic=plastic or turn >= PASSES // 2)
+        held = touching.of(found.inside)
+        self._put_back(touching, found)
+        return self._take_off(held, found.force[found.inside], time, until)
+
+    def leave(self, bodies: Rows, time: float) -> None:
+        """Islands of these bodies end; their bodies are on free flights from `time` [s] on."""
+        for island in [island for island in self.all if np.isin(island.members, bodies).any()]:
+            self._land(island, time)
+            for i in island.members:
+                take_off(self.queue, self.scene, i, time)
+        fly_rows(bodies, self.scene.flights, self.scene.bodies, time, *self.state)
+
+    def checkpoint(self) -> tuple[list[Island], Array, Array]:
+        """What a step hands on to the next."""
+        return [replace(island) for island in self.all], self._force, self._torque
+
+    def restore(self, kept: tuple[list[Island], Array, Array]) -> None:
+        """Goes back to a checkpoint, which stays usable."""
+        islands, self._force, self._torque = kept
+        self.all = [replace(island) for island in islands]
+
+    # where bodies are, and which touch
+
+    def _complete(self, island: Island, time: float) -> None:
+        """The bodies of an island, flown to `time`, get the velocities they should have there; impulses are booked."""
+        if not island.asleep:
+            correct(self.scene.bodies, island.members, island.gains(time), self.state)
+        self.record.add_held(island.contacts.bodies, island.impulses(time))
+        island.begin = time
+
+    def _land(self, island: Island, time: float) -> None:
+        """An island ends: its bodies are where they are at `time`, on free flights from there."""
+        self.all.remove(island)
+        self.queue.held[island.members] = False
+        set_timer(self.queue, island.members[0], np.inf)
+        if island.begin < time:
+            fly_rows(island.members, self.scene.flights, self.scene.bodies, time, *self.state)
+            self._complete(island, time)
+        self._begin(island.members, self._acceleration, self._torque, time)
+
+    def _begin(self, rows: Rows, acceleration: Array, torque: Array, time: float) -> None:
+        begin_rows(self.scene.flights, self.scene.bodies, rows, acceleration, torque, time, self.state)
+
+    def _gather(self, seeds: Rows, time: float) -> Touching:
+        """The contacts of `seeds` and all that they touch, islands that are met landed."""
+        known: set[Pair] = set()
+        met = [island for island in self.all if np.isin(island.members, seeds).any()]
+        cluster = self.queue.cluster
+        while True:
+            for island in met:
+                self._land(island, time)
+                known.update(map(tuple, island.contacts.bodies.tolist()))
+                seeds = np.union1d(seeds, island.members)
+            gather_about(self.queue, self.scene, seeds, time)
+            bodies = cluster.bodies[: cluster.size[BODIES]]
+            met = [island for island in self.all if np.isin(island.members, bodies).any()]
+            if not met:
+                break
+        return self._touching(np.sort(bodies), known)
+
+    def _touching(self, bodies: Rows, known: set[Pair]) -> Touching:
+        """All points within delta of the cluster that was gathered."""
+        queue, scene, rules = self.queue, self.scene, self.rules
+        cluster, pairs = queue.cluster, queue.pairs
+        rows = cluster.pairs[: cluster.size[PAIRS]].copy()
+        reach = DELTA * pairs.tolerance[rows]
+        of, contacts = np.empty(len(cluster.pair), dtype=np.int64), cluster.contacts
+        parts = (scene.solids, pairs.bodies[rows], scene.x, scene.R, reach, 0.0, reach)
+        count = contacts_of_pairs(*parts, contacts, of, self._work)
+        of = of[:count]
+        a, b = (rules.material[contacts.bodies[:count, side]] for side in (0, 1))
+        return Touching(
+            bodies[scene.bodies.reacts[bodies]],
+            Contacts(*(column[:count].copy() for column in contacts)),
+            rows[of],
+            reach[of],
+            rules.restitution[a, b] == 1.0,
+            rules.friction[a, b],
+            np.array([(i, j) in known for i, j in contacts.bodies[:count].tolist()], dtype=np.bool_),
+        )
+
+    # what becomes of the contacts
+
+    def _judge(self, touching: Touching, time: float, *, plastic: bool) -> Judgement:
+        """Which contacts close, stay and part at the present velocities; where all is `plastic`, none bounces."""
+        queue, count = self.queue, touching.count
+        speed, scale, ease = np.empty(count), np.empty(count), np.empty(count)
+        opening_speeds(self.scene.solids, touching.contacts, count, self.state, speed, scale)
+        eases(self.scene.bodies, touching.contacts, count, self.scene.R, ease)
+        none = ROUNDING * scale
+        resting = ~touching.elastic | touching.known
+        inside, force, pressing = np.ones(count, dtype=np.bool_), np.zeros(count), np.zeros(count)
+        while inside.any():
+            force[:] = 0.0
+            force[inside] = self._forces(touching.of(inside))
+            pressing = touching.totals(force) * ease
+            hop = np.maximum(np.where(resting, np.sqrt(2.0 * pressing * touching.delta), 0.0), none)
+            parts = inside & (speed > hop)
+            if not parts.any():
+                break
+            inside &= ~parts
+        closing = speed < -none
+        back = (time - queue.pairs.hit_time[touching.pair]) * queue.pairs.hit_speed[touching.pair]
+        low = resting & (-speed <= np.sqrt(2.0 * pressing * touching.delta))
+        collapsed = bool((back[closing] <= EXCURSION * touching.delta[closing]).all())
+        bounces = closing & ~low & (not (collapsed or plastic))
+        hard = closing & (touching.totals(bounces.astype(np.float64)) > 0.0)
+        stick = inside & (force > 0.0) & (speed > none)
+        return Judgement(speed, pressing, force, inside, closing, hard, stick)
+
+    def _forces(self, touching: Touching) -> Array:
+        """What would hold each contact (c,) [N]."""
+        course, count = new_course(len(touching.members), touching.count), touching.count
+        self._evaluate(touching.copy(), count, touching.members, course)
+        force: Array = course.force[0]
+        return force
+
+    def _evaluate(self, contacts: Contacts, count: int, members: Rows, course: Course) -> int:
+        scene, certificate = self.scene, np.zeros(count, dtype=np.bool_)
+        free = self._force, self._torque
+        return int(
+            evaluate(
+                scene.solids, scene.flights, scene.bodies, contacts, count, members, free, self.state, course, 0,
+                certificate, self._room,
+            )
+        )  # fmt: skip
+
+    def _bounce(self, touching: Touching, found: Judgement) -> bool:
+        """An impact of the whole cluster; pairs whose contacts close softly take it with e = 0."""
+        queue, scene = self.queue, self.scene
+        cluster = queue.cluster
+        contacts_of(queue, scene, self.rules)
+        soft = np.setdiff1d(touching.pair[found.closing], touching.pair[found.hard])
+        count = cluster.size[CONTACTS]
+        cluster.restitution[:count][np.isin(cluster.pair[:count], soft)] = 0.0
+        status = answer(queue, scene, self.rules)
+        return self._possible(status, cluster.contacts.bodies[:count], cluster.report.certificate[:count])
+
+    def _possible(self, status: int, pairs: Rows, certificate: Mask) -> bool:
+        """Whether there is a motion; otherwise the pairs whose contacts exclude each other are noted."""
+        if status == BLOCKED:
+            self.blocked = np.unique(pairs[certificate], axis=0)
+        return status != BLOCKED
+
+    def _close(self, touching: Touching, found: Judgement, time: float) -> bool:
+        """Contacts that close, stop; contacts that stick, are closed."""
+        scene, pairs, count = self.scene, self.queue.pairs, touching.count
+        impulse, certificate = np.zeros(count), np.zeros(count, dtype=np.bool_)
+        motion = scene.v, scene.R, scene.L, scene.w
+        before = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
+        parts = (scene.bodies, touching.contacts, count, found.stick, np.zeros(count))
+        status = settle_velocities(*parts, *motion, impulse, certificate)
+        if not self._possible(status, touching.contacts.bodies, certificate):
+            return False
+        after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
+        self.record.rest_energy += before - after
+        contacts = touching.contacts
+        self.record.add_held(contacts.bodies, impulse[:, None] * contacts.normal)
+        rows = touching.pair[found.closing]
+        pairs.hit_time[rows], pairs.hit_speed[rows] = time, 0.0
+        for i in np.flatnonzero(found.closing & ~touching.known & (impulse > 0.0)):
+            a, b = contacts.bodies[i].tolist()
+            point = scene.x[b] + contacts.arm_b[i]
+            soft = SoftImpact(time, (a, b), point, contacts.normal[i].copy(), float(impulse[i]), -float(found.speed[i]))
+            self.record.soft.append(soft)
+        return True
+
+    def _put_back(self, touching: Touching, found: Judgement) -> None:
+        """Moves bodies so that loaded contacts are in the middle of delta; all others keep a gap."""
+        scene, count, delta, gap = self.scene, touching.count, touching.delta, touching.contacts.gap
+        loaded = found.inside & (found.force > 0.0)
+        if not (np.abs(gap - 0.5 * delta)[loaded] > BAND * delta[loaded]).any():
+            return
+        target = np.where(loaded, 0.5 * delta - gap, np.minimum(KEEP * delta - gap, 0.0))
+        shift, turn = np.zeros_like(scene.x), np.zeros_like(scene.x)
+        certificate = np.zeros(count, dtype=np.bool_)
+        parts = (scene.bodies, touching.contacts, count, loaded, target, scene.R)
+        if displacements(*parts, shift, turn, certificate) == SOLVED:
+            move(scene.bodies, touching.members, 1.0, shift, turn, self.state)
+            rows = touching.members
+            work = (self._force[rows] * shift[rows]).sum() + (self._torque[rows] * turn[rows]).sum()
+            self.record.shift_work += float(work)
+
+    # the next flights
+
+    def _take_off(self, held: Touching, force: Array, time: float, until: float) -> bool:
+        """New flights for all: islands where contacts are loaded, free bodies elsewhere; whether that is possible."""
+        members = held.members
+        of_body = _parts(held.contacts.bodies, members)
+        loaded = {of_body[i] for i in held.contacts.bodies[force > 0.0].ravel().tolist() if i in of_body}
+        free = np.array([i for i in members.tolist() if of_body[i] not in loaded], dtype=np.int64)
+        self._begin(free, self._acceleration, self._torque, time)
+        for part in sorted(loaded):
+            rows = np.array([i for i in members.tolist() if of_body[i] == part])
+            contacts = held.of(np.asarray(np.isin(held.contacts.bodies, rows).any(axis=1)))
+            contacts.members = rows
+            steps = contacts.friction.any() or self._stepping[rows].any()
+            if not (self._step if steps else self._fly)(contacts, time, until):
+                return False
+        for i in members:
+            take_off(self.queue, self.scene, i, time)
+        return True
+
+    def _fly(self, touching: Touching, time: float, until: float) -> bool:
+        """One island takes off on a flight as long as it is true; whether that is possible."""
+        scene, count, members = self.scene, touching.count, touching.members
+        bodies = touching.bodies
+        spin = float(np.linalg.norm(scene.w[bodies], axis=1).max())
+        h = first = min(until - time, TURN / spin) if spin > 0.0 else until - time
+        free, certificate = (self._force, self._torque), np.zeros(count, dtype=np.bool_)
+        for _ in range(ATTEMPTS):
+            course, contacts = new_course(len(members), count), touching.copy()
+            status = try_flight(
+                scene.solids, scene.flights, scene.bodies, contacts, count, members, bodies, free, time, h,
+                self.state, self._trial, course, certificate, self._room,
+            )  # fmt: skip
+            if not self._possible(status, contacts.bodies, certificate):
+                self._begin(members, self._acceleration, self._torque, time)
+                return False
+            stray = straying(scene.bodies, contacts, count, members, course, h, scene.R)
+            limit = STRAY * float(touching.delta.min())
+            if stray > limit:
+                h *= max(0.1, 0.9 * (limit / stray) ** (1.0 / 3.0))
+                continue
+            part = self._parting(touching, course)
+            if part >= 1.0 or part * h < SHORTEST * first:
+                break
+            h *= part
+        push = course.force[0][:, None] * course.normal[0]
+        island = Island(members, bodies, touching.contacts, course, time, time + h, push)
+        self._add(island, until, asleep=self._is_still(island, course, touching))
+        return True
+
+    def _add(self, island: Island, until: float, *, asleep: bool) -> None:
+        """A new island, whose bodies are on its flights; or asleep."""
+        self.all.append(island)
+        self.queue.held[island.members] = True
+        if asleep:
+            island.asleep = True
+            for array in (self.scene.v, self.scene.L, self.scene.w):
+                array[island.members] = 0.0
+            self._stand_still(island, island.begin)
+        elif island.end < until:
+            set_timer(self.queue, island.members[0], island.end)
+
+    def _step(self, touching: Touching, time: float, until: float) -> bool:
+        """One island takes a step of first order at constant velocities: forces first, then contacts with e = 0.
+
+        (Moreau 1988; Jean 1999.) With friction, and where the work of a step is used up.
+        """
+        scene, members, count = self.scene, touching.members, touching.count
+        h = min(until - time, self._stride)
+        ease = scene.bodies.inverse_mass[members]
+        before = tuple(array[members].copy() for array in (scene.v, scene.L, scene.w))
+        scene.v[members] += h * ease * self._force[members]
+        scene.L[members] += h * self._torque[members]
+        correct(scene.bodies, members, (np.zeros((len(members), 3)), np.zeros((len(members), 3))), self.state)
+        impulse, report = np.zeros((count, 3)), new_report(count)
+        parts = (scene.bodies, touching.contacts, count, np.zeros(count), touching.friction, TOGETHER)
+        status = collide(*parts, scene.v, scene.R, scene.L, scene.w, impulse, report)
+        if not self._possible(status, touching.contacts.bodies, report.certificate[:count]):
+            for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):
+                array[members] = values
+            return False
+        nothing = np.zeros_like(self._force)
+        self._begin(members, nothing, nothing, time)
+        island = Island(members, touching.bodies, touching.contacts, None, time, time + h, impulse / h)
+        self.record.fallback += h * len(members)
+        turning = scene.solids.radius[members] * np.linalg.norm(scene.w[members], axis=1)
+        speed = np.linalg.norm(scene.v[members], axis=1) + turning
+        pull = float(np.linalg.norm(self._acceleration[members], axis=1).max())
+        slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
+        self._add(island, until, asleep=bool((speed <= slow).all()) and self._others_stand(island))
+        return True
+
+    def _parting(self, touching: Touching, course: Course) -> float:
+        """The part of a sub-step after which the first contact parts or slides off; 1 or more: none does."""
+        last, part = STAGES - 1, np.inf
+        size = 2.0 * self.scene.solids.radius[touching.contacts.bodies].min(axis=1)
+        loaded = course.force[0] > 0.0
+        slides = loaded & (course.margin[0] > 0.0) & (course.margin[last] < -SLID * size)
+        if slides.any():
+            m0, m1 = course.margin[0][slides] + 0.5 * SLID * size[slides], course.margin[last][slides]
+            part = float((m0 / (m0 - m1 - 0.5 * SLID * size[slides])).min())
+        pull = float(np.linalg.norm(self._acceleration[touching.members], axis=1).max())
+        parts = loaded & (course.force[last] == 0.0)
+        parts &= course.speed[last] > PARTED * np.sqrt(2.0 * pull * touching.delta)
+        if parts.any():
+            f0, f1 = course.force[0][parts], course.force[1][parts]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                at = np.where(f1 > 0.0, np.where(f1 < f0, 0.5 * f0 / (f0 - f1), 0.9), 0.45)
+            part = min(part, float(np.clip(at, 0.05, 0.95).min()))
+        return part
+
+    def _is_still(self, island: Island, course: Course, touching: Touching) -> bool:
+        """Whether nothing moves, and no force moves it."""
+        scene, rows = self.scene, island.members
+        pull = float(np.linalg.norm(self._acceleration[rows], axis=1).max())
+        slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
+        turning = scene.solids.radius[rows] * np.linalg.norm(scene.w[rows], axis=1)
+        if (np.linalg.norm(scene.v[rows], axis=1) + turning > slow).any() or not self._others_stand(island):
+            return False
+        lightness = np.maximum(scene.bodies.inverse_mass[rows].max(axis=1), 1e-300)
+        weight = pull / lightness * scene.solids.radius[rows]
+        acceleration, torque = (np.linalg.norm(k[0], axis=1) for k in (course.acceleration, course.torque))
+        return bool((acceleration <= STEADY * pull).all() and (torque <= STEADY * weight).all())
+
+    def _others_stand(self, island: Island) -> bool:
+        """Whether what an island stands on does not move."""
+        others = np.setdiff1d(island.touched, island.members)
+        return not (self.scene.v[others].any() or self.scene.w[others].any())
+
+    def _stand_still(self, island: Island, time: float) -> None:
+        """The bodies of a sleeping island stay where they are, held by the same forces."""
+        nothing = np.zeros_like(self._acceleration)
+        self._begin(island.members, nothing, nothing, time)
+        island.begin = time
+
+
+def _parts(pairs: Rows, members: Rows) -> dict[int, int]:
+    """The least body of the part that contacts join each member to."""
+    root = {i: i for i in members.tolist()}
+
+    def find(i: int) -> int:
+        while root[i] != i:
+            root[i] = root[root[i]]
+            i = root[i]
+        return i
+
+    for a, b in pairs.tolist():
+        if a in root and b in root:
+            low, high = sorted((find(a), find(b)))
+            root[high] = low
+    return {i: find(i) for i in root}
