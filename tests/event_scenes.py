@@ -136,6 +136,25 @@ class Play:
         self.time += dt
         return code
 
+    def gap(self, time):
+        """The least gap of all pairs of meshes, and of meshes and planes, at a local time."""
+        self.fly(time)
+        kind, shape, least = self.scene.solids.kind, self.scene.solids.shape, inf
+        x, R, m = self.scene.x, self.scene.R, self.scene.solids.meshes
+        meshes, reacts = np.flatnonzero(kind == MESH), self.scene.bodies.reacts
+        pairs = np.array([(i, j) for i in meshes for j in meshes if i < j and (reacts[i] or reacts[j])]).reshape(-1, 2)
+        if len(pairs):
+            count = len(pairs)
+            distance, points = np.empty(count), [np.empty((count, 3)) for _ in range(3)]
+            witness = np.full((count, 2), -1)
+            closest_points_of_pairs(m, shape, x, R, pairs, np.full(count, inf), witness, distance, *points)
+            least = distance.min()
+        for p in np.flatnonzero(kind == PLANE):
+            for i in meshes:
+                corners = m.vertices[m.vertex_start[shape[i]] : m.vertex_start[shape[i] + 1]]
+                least = min(least, ((corners @ R[i].T + x[i] - x[p]) @ (R[p] @ self.scene.solids.normal[p])).min())
+        return least
+
     def energy(self):
         bodies, total = self.scene.bodies, 0.0
         x, v, _, L, w = self.state
