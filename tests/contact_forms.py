@@ -106,8 +106,9 @@ class Touching:
 
     def sorted_rows(self):
         """Normals, arms and gaps in an order of places: what does not depend on numbering."""
-        rows = np.c_[self.column("normal"), self.column("arm_a"), self.column("arm_b"), self.column("gap")]
-        return rows[np.lexsort(np.round(rows[:, 2::-1], 6).T[::-1].tolist() + np.round(rows[:, 5:2:-1], 6).T.tolist())]
+        rows = np.c_[self.column("arm_a"), self.column("normal"), self.column("arm_b"), self.column("gap")]
+        keys = np.round(rows[:, :6], 6) + 0.0
+        return rows[np.lexsort(keys.T[::-1])]
 
 
 def clipped(subject, clip):
