@@ -18,11 +18,12 @@ from comotion_server.kernels.contacts import (
     new_contacts,
 )
 
-# Central differences of eighth order: with rates about 1 their error is below 1e-15, their rounding 1e-15 / STEP^k.
-STEP = 0.01
+# Central differences of eighth order, with rates about 1. The directions of two edges or points change faster than
+# those of faces, so their steps are shorter; what rounding then leaves is 1e-15 / step^k.
 FIRST = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 SECOND = np.array([-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560])
-SLOPE, CURVE = 1e-12, 1e-9  # allowed for first and second derivatives of size 1 to 10 and more
+STEPS = {CORNER_FACE: 0.01, FACE_CORNER: 0.01, CROSSING_A: 0.01, CROSSING_B: 0.01, EDGES: 0.002, POINTS: 0.002}
+ALLOWED = {0.01: (1e-12, 1e-9), 0.002: (1e-11, 1e-8)}  # for first and second derivatives of size 1
 ROUNDING = 1e-12
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -133,22 +134,25 @@ class Case:
 
 @pytest.mark.parametrize("kind", [CORNER_FACE, FACE_CORNER, EDGES, CROSSING_A, CROSSING_B, POINTS])
 def test_gap_and_its_derivatives_are_those_of_the_moving_features(kind, rng):
+    seen = 0
     for _ in range(60):
         case = Case(kind, rng)
         _, opening, bias = case.refreshed()
         a, b = case.flights
         n, arm_a, arm_b = (getattr(case.contacts, name)[0] for name in ("normal", "arm_a", "arm_b"))
         acceleration = b.a + np.cross(b.alpha, arm_b) - a.a - np.cross(a.alpha, arm_a)
-        gaps = np.array([case.gap(k * STEP) for k in range(-4, 5)])
-        slope, curve = FIRST @ gaps / STEP, SECOND @ gaps / STEP**2
-        steep = 1.0 + np.abs(np.diff(gaps)).max() / STEP  # nearly parallel edges turn fast
+        step = STEPS[kind]
+        gaps = np.array([case.gap(k * step) for k in range(-4, 5)])
+        slope, curve = FIRST @ gaps / step, SECOND @ gaps / step**2
+        steep = 1.0 + abs(curve) ** 0.5  # nearly parallel edges turn fast
         assert abs(case.contacts.gap[0] - gaps[4]) < ROUNDING * steep
         assert abs(np.linalg.norm(n) - 1.0) < ROUNDING
         np.testing.assert_allclose(b.x + arm_b - a.x - arm_a, gaps[4] * n, atol=ROUNDING * steep**2)
-        if abs(SECOND @ gaps) > 3e-3 or kind == POINTS and gaps[4] < 0.5:
-            continue  # too fast for these differences
-        assert abs(opening - slope) < SLOPE * steep**3
-        assert abs(n @ acceleration + bias - curve) < CURVE * steep**3
+        if steep * step < 0.05:  # else too fast for these differences
+            seen += 1
+            assert abs(opening - slope) < ALLOWED[step][0] * steep**2
+            assert abs(n @ acceleration + bias - curve) < ALLOWED[step][1] * steep**2
+    assert seen > 30
 
 
 PLACED = {
@@ -185,8 +189,8 @@ def test_at_the_same_pose_a_row_stays_what_it_is(name):
 
 def test_a_turn_of_the_whole_scene_turns_the_rows(rng):
     """Both bodies on one rigid motion: nothing opens, and bias balances the accelerations of that motion."""
-    for name, (forms, x, R) in PLACED.items():
-        both = Touching(forms, x, R)
+    for name, placed in PLACED.items():
+        both = Touching(*placed)
         spin, Q = rng.normal(size=3), turn(rng.normal(size=3), 1.0)
         normals = both.column("normal") @ Q.T
         x, R, w = both.x @ Q.T, np.array([Q @ r for r in both.R]), np.array([spin, spin])
@@ -214,8 +218,7 @@ def test_a_corner_keeps_its_face_across_triangles_until_the_border():
     both = Touching(*PLACED["cube on slab"])
     allowed = KEPT * ON_FEATURE * sqrt(3)
     for i in range(both.count):
-        corner = both.points[i]
-        start = both.contacts.feature[i, 0]
+        corner, start = both.points[i].copy(), both.contacts.feature[i, 0]
         moves = [(s, 0.0, 0.0) for s in np.linspace(0.0, 2.0, 401)]
         for (s, _, _), margin in zip(moves, slide(both, i, moves), strict=True):
             inside = 2.0 - corner[0] - s
