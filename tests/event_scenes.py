@@ -17,6 +17,7 @@ from comotion_server.kernels.flight import (
     begin_all,
     fly_all,
 )
+from comotion_server.kernels.mesh_pair import closest_points_of_pairs
 from comotion_server.kernels.solids import MESH, PLANE, Solids
 from comotion_server.meshes import TriangleMesh, mass_properties
 from comotion_server.meshes.mesh_store import MeshStore
@@ -51,7 +52,7 @@ class Play:
     """Bodies in a queue of their own, from their parts."""
 
     def __init__(
-        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, pairs=None, law=0, resting=False
+        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False
     ):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]

@@ -102,7 +102,12 @@ def test_a_fall_takes_the_root_of_two_heights_over_gravity():
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_plane_turns_up_to_a_cube_at_rest(side):
     """The normal turns about x: the plane reaches the corner at (y, z) after the angle atan(z / y)."""
-    query = Query(CUBE, Motion((np.eye(3), [0, 3.0, 1.0])), Motion((np.eye(3), [0, 0, 0]), angular_velocity=[0.3, 0, 0]), side=side)
+    query = Query(
+        CUBE,
+        Motion((np.eye(3), [0, 3.0, 1.0])),
+        Motion((np.eye(3), [0, 0, 0]), angular_velocity=[0.3, 0, 0]),
+        side=side,
+    )
     assert query.ask(10.0) == MEETS
     assert query.findings[CONTACT_TIME] == pytest.approx(np.arctan2(0.5, 3.5) / 0.3, rel=CONTACT)
     assert query.findings[CLOSING] == pytest.approx(0.3 * np.hypot(0.5, 3.5), rel=1e-6)
@@ -115,7 +120,12 @@ def test_agrees_with_dense_sampling(shape, rng):
         squares = rng.uniform(0.05, 1.0, size=3)
         R = turn(rng)
         top = R @ np.diag(squares.sum() - squares) @ R.T
-        kind = [{}, {"inertia": np.diag([0.3, 0.3, 0.5])}, {"inertia": top}, {"inertia": top, "torque": rng.normal(size=3)}]
+        kind = [
+            {},
+            {"inertia": np.diag([0.3, 0.3, 0.5])},
+            {"inertia": top},
+            {"inertia": top, "torque": rng.normal(size=3)},
+        ]
         motion = Motion(
             (turn(rng), [0, 0, rng.uniform(1.5, 3.0)]),
             rng.normal(size=3) - [0, 0, 1.0],

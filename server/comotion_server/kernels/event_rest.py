@@ -56,7 +56,7 @@ def hops_low(queue, scene, i, opening, acceleration):
 
 @lean_jit
 def comes_to_rest(queue, scene, time):
-    """Whether all contacts that close would hop no higher than they touch, or have gone no farther since they last hit."""
+    """Whether all contacts that close would hop no higher than they touch, or went no farther since they last hit."""
     cluster, pairs, turned = queue.cluster, queue.pairs, queue.turned
     closing = False
     for i in range(cluster.size[CONTACTS]):

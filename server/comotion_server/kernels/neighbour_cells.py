@@ -1,10 +1,10 @@
-"""Who may meet whom: every body has a room of its own, a sphere somewhat larger than itself that it stays in for a while.
+"""Who may meet whom: every body has a room of its own, a sphere somewhat larger than itself that it stays in a while.
 
 Two bodies can only meet while their rooms do. A body that comes to the end of its room gets a new one around it: only
 then neighbours are looked for, in the 27 cells about it, so that the work follows what moves. Cells are as wide as the
 largest room and hashed (Teschner, Heidelberger, Mueller, Pomeranets, Gross 2003, "Optimized spatial hashing for
-collision detection of deformable objects"): space has no end, and two cells that share a list cost time alone. The few bodies
-that are much larger than most (a hull, banks, a container, a plane) are in no cell and compared with all.
+collision detection of deformable objects"): space has no end, and two cells that share a list cost time alone. The
+few bodies that are much larger than most (a hull, banks, a container, a plane) are in no cell and compared with all.
 """
 
 from math import floor, inf
