@@ -12,9 +12,9 @@ import numpy as np
 from comotion_server.kernels.boxes import box_gap, divides_a, highest
 from comotion_server.kernels.contact_normals import (
     FULL,
-    IF_TOPS,
-    SURELY,
     Nearest,
+    are_tops,
+    direction_of,
     explained_by,
     gap_along,
     note_direction,
@@ -132,7 +132,8 @@ def _surely_nearest(m, shape_a, shape_b, R, t, slope, directions, state):
             return count, found
     if nearest.distance < inf:
         c = two_triangles(m.vertices, m.triangles, nearest.i, nearest.j, R, t)
-        found = note_direction(m, shape_a, shape_b, R, t, nearest, c, SURELY, slope, directions, found)
+        n, owner = direction_of(m, shape_a, shape_b, R, t, nearest, c)
+        found = note_direction(R, nearest, n, owner, slope, directions, found)
     return count, found
 
 
@@ -151,9 +152,10 @@ def _compare(m, shape_a, shape_b, leaf_a, leaf_b, tree, R, t, reach, limit, slop
                 pair = _nearest_points(i, j, c, limit)
                 answer = NEAR if pair.distance <= limit else FAR
                 if 0.0 < pair.distance <= reach and not _is_explained(pair.distance, c, normal, found):
-                    before = found
-                    found = note_direction(m, shape_a, shape_b, R, t, pair, c, IF_TOPS, slope, directions, found)
-                    if found == before and pair.distance < nearest.distance:
+                    n, owner = direction_of(m, shape_a, shape_b, R, t, pair, c)
+                    if are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
+                        found = note_direction(R, pair, n, owner, slope, directions, found)
+                    elif pair.distance < nearest.distance:
                         nearest = pair
             if answer == NEAR:
                 if count == MOST_PAIRS or found == FULL:
@@ -171,7 +173,8 @@ def touching_pairs(m, tree, shape_a, shape_b, roots, R, t, reach, limit, slope, 
     below which directions are alike; nodes (STACK_SIZE, 2) int64. Out: pairs (MOST_PAIRS, 2) int64 of a, of b, over all
     shapes; directions. Both numbers are FULL where there is no room.
     """
-    top, state = 1, (0, 0, Nearest(inf, ZERO, ZERO, ZERO, -1, -1))
+    top, none = 1, np.int64(0)  # of the type it will have: else what it goes to is compiled twice
+    state = (none, none, Nearest(inf, ZERO, ZERO, ZERO, none, none))
     nodes[0, 0], nodes[0, 1] = roots
     while top > 0:
         top -= 1
