@@ -298,3 +298,22 @@ def test_bodies_that_touch_anyhow_always_have_a_contact_at_their_least_gap(seed)
         feet = both.points + both.column("gap")[:, None] * both.column("normal")
         np.testing.assert_allclose(feet, both.column("arm_b") + both.x[1] - both.x[0], atol=1e-12)
     assert touched > 20
+
+
+def test_the_gap_from_a_plane_is_that_of_the_lowest_corner(rng):
+    both = Touching([UP, sphere(3)], [[0, 0, -1.0], [0, 0, 2.0]], [UPRIGHT, UPRIGHT])
+    for _ in range(20):
+        both.R[:] = turn(rng.normal(size=3), 1.0), turn(rng.normal(size=3), 2.0)
+        both.x[:] = rng.normal(size=(2, 3))
+        heights = (both.solids.meshes.vertices @ both.R[1].T + both.x[1] - both.x[0]) @ both.R[0, :, 2]
+        for limit, exact in ((np.inf, True), (heights.min() - 0.1, False)):
+            gap = gap_of_pair(both.solids, 0, 1, both.x, both.R, limit, np.array([-1, -1]), both.work)
+            assert gap >= min(limit, heights.min()) - ROUNDING
+            assert gap <= heights.min() + ROUNDING
+            assert not exact or abs(gap - heights.min()) < ROUNDING
+
+
+def test_planes_never_meet():
+    both = Touching([UP, -UP], [[0, 0, 0], [0, 0, 1.0]], [UPRIGHT, UPRIGHT])
+    assert both.count == 0
+    assert gap_of_pair(both.solids, 0, 1, both.x, both.R, np.inf, np.array([-1, -1]), both.work) == np.inf

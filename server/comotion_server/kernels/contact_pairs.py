@@ -77,16 +77,12 @@ def _are_beside(ones, others, n, limit):
 
 
 @lean_jit
-def _judged(n, level_a, level_b, c, gap, limit):
-    """What the direction n, along which two triangles have a gap, says of them."""
-    if gap > limit:
-        return FAR
-    if gap < 0.0 or not (level_a or level_b):
-        return UNKNOWN
+def _judged(n, level_a, level_b, c, limit):
+    """What the direction n, along which two triangles have a gap of at most `limit` [m], says of them."""
     back = (-n[0], -n[1], -n[2])
     if (level_b and lies_over(_top(c.a, n), c.b, back, 0.0)) or (level_a and lies_over(_top(c.b, back), c.a, n, 0.0)):
         return NEAR
-    if _are_beside(c.a, c.b, n, limit) or _are_beside(c.b, c.a, n, limit):
+    if (level_a or level_b) and (_are_beside(c.a, c.b, n, limit) or _are_beside(c.b, c.a, n, limit)):
         return FAR
     return UNKNOWN
 
@@ -97,12 +93,15 @@ def _what_is_known(normals, normal, normal_b, least, i, j, c, slope, limit, foun
     answer, d = UNKNOWN, 0
     while d < found and answer == UNKNOWN:
         n = row(normal, d)
-        level_a = is_level(row(normals, i), n, slope)
-        level_b = is_level(row(normals, j), row(normal_b, d), slope)
         gap = gap_along(n, c)
-        answer = _judged(n, level_a, level_b, c, gap, limit)
-        if answer == NEAR:
-            least[d] = min(least[d], gap)
+        if gap > limit:
+            answer = FAR
+        elif gap > 0.0:
+            level_a = is_level(row(normals, i), n, slope)
+            level_b = is_level(row(normals, j), row(normal_b, d), slope)
+            answer = _judged(n, level_a, level_b, c, limit)
+            if answer == NEAR:
+                least[d] = min(least[d], gap)
         d += 1
     return answer
 
