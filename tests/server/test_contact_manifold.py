@@ -30,6 +30,7 @@ from comotion_server.kernels.contacts import (
     POINTS,
     new_contacts,
 )
+from comotion_server.meshes import box
 
 ROUNDING = 1e-14  # of coordinates of size 1 after two rotations
 PLACES = 1e-12  # crossings of edges at not too small angles amplify rounding
@@ -110,6 +111,29 @@ def test_cubes_flush_with_each_other_touch_in_four_corners():
     turned = Touching([CUBE, CUBE], [np.zeros(3), [0, 0, 1 + GAP]], [UPRIGHT, turn(UP, pi / 4)])
     assert turned.count == 8
     assert abs(area(turned.points[:, :2]) - (2 * sqrt(2) - 2)) < PLACES
+
+
+def test_boxes_on_a_grid_touch_in_the_rectangle_stretch_or_point_that_they_share(rng):
+    """Half-integer shifts of integer boxes, turned or not: flush sides, shared edges and corners of all sorts."""
+    seen = set()
+    for case in range(400):
+        sizes, Q = rng.integers(1, 4, (2, 3)).astype(float), turn(rng.normal(size=3), 1.0) if case % 2 else UPRIGHT
+        axis, shift = case % 3, rng.integers(-6, 7, 3) * 0.5
+        shift[axis] = 0.5 * sizes[:, axis].sum() + GAP
+        others = [k for k in range(3) if k != axis]
+        low = np.maximum(-0.5 * sizes[0], shift - 0.5 * sizes[1])[others]
+        high = np.minimum(0.5 * sizes[0], shift + 0.5 * sizes[1])[others]
+        forms = [(b.vertices, b.triangles) for b in map(box, sizes)]
+        both = Touching(forms, [np.zeros(3), Q @ shift], [Q, Q])
+        expected = 0 if (high < low).any() else 2 ** int((high > low).sum())
+        seen.add(expected)
+        assert both.count == expected
+        if expected:
+            points, normals = both.points @ Q, both.column("normal") @ Q
+            np.testing.assert_allclose(normals, np.tile(np.eye(3)[axis], (expected, 1)), atol=NOISE)
+            np.testing.assert_allclose(points[:, others].min(axis=0), low, atol=PLACES)
+            np.testing.assert_allclose(points[:, others].max(axis=0), high, atol=PLACES)
+    assert seen == {0, 1, 2, 4}
 
 
 def test_a_bridge_on_two_supports_touches_in_one_patch_over_both():
