@@ -69,7 +69,7 @@ def slab(cells, size=4.0, seed=0):
 def solids_of(forms):
     """`Solids` of meshes (vertices, triangles) and of planes, given by their normals."""
     meshes = [TriangleMesh(*form) for form in forms if isinstance(form, tuple)]
-    store = MeshStore.build(meshes)
+    store = MeshStore.build(meshes or [TriangleMesh(*centred_cube())])
     count = len(forms)
     kind, shape = np.full(count, PLANE), np.full(count, -1)
     normal, radius = np.zeros((count, 3)), np.full(count, np.inf)

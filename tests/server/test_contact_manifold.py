@@ -30,6 +30,7 @@ from comotion_server.kernels.contacts import (
     POINTS,
     new_contacts,
 )
+from comotion_server.meshes import box
 
 ROUNDING = 1e-14  # of coordinates of size 1 after two rotations
 PLACES = 1e-12  # crossings of edges at not too small angles amplify rounding
@@ -110,6 +111,29 @@ def test_cubes_flush_with_each_other_touch_in_four_corners():
     turned = Touching([CUBE, CUBE], [np.zeros(3), [0, 0, 1 + GAP]], [UPRIGHT, turn(UP, pi / 4)])
     assert turned.count == 8
     assert abs(area(turned.points[:, :2]) - (2 * sqrt(2) - 2)) < PLACES
+
+
+def test_boxes_on_a_grid_touch_in_the_rectangle_stretch_or_point_that_they_share(rng):
+    """Half-integer shifts of integer boxes, turned or not: flush sides, shared edges and corners of all sorts."""
+    seen = set()
+    for case in range(400):
+        sizes, Q = rng.integers(1, 4, (2, 3)).astype(float), turn(rng.normal(size=3), 1.0) if case % 2 else UPRIGHT
+        axis, shift = case % 3, rng.integers(-6, 7, 3) * 0.5
+        shift[axis] = 0.5 * sizes[:, axis].sum() + GAP
+        others = [k for k in range(3) if k != axis]
+        low = np.maximum(-0.5 * sizes[0], shift - 0.5 * sizes[1])[others]
+        high = np.minimum(0.5 * sizes[0], shift + 0.5 * sizes[1])[others]
+        forms = [(b.vertices, b.triangles) for b in map(box, sizes)]
+        both = Touching(forms, [np.zeros(3), Q @ shift], [Q, Q])
+        expected = 0 if (high < low).any() else 2 ** int((high > low).sum())
+        seen.add(expected)
+        assert both.count == expected
+        if expected:
+            points, normals = both.points @ Q, both.column("normal") @ Q
+            np.testing.assert_allclose(normals, np.tile(np.eye(3)[axis], (expected, 1)), atol=NOISE)
+            np.testing.assert_allclose(points[:, others].min(axis=0), low, atol=PLACES)
+            np.testing.assert_allclose(points[:, others].max(axis=0), high, atol=PLACES)
+    assert seen == {0, 1, 2, 4}
 
 
 def test_a_bridge_on_two_supports_touches_in_one_patch_over_both():
@@ -298,3 +322,22 @@ def test_bodies_that_touch_anyhow_always_have_a_contact_at_their_least_gap(seed)
         feet = both.points + both.column("gap")[:, None] * both.column("normal")
         np.testing.assert_allclose(feet, both.column("arm_b") + both.x[1] - both.x[0], atol=1e-12)
     assert touched > 20
+
+
+def test_the_gap_from_a_plane_is_that_of_the_lowest_corner(rng):
+    both = Touching([UP, sphere(3)], [[0, 0, -1.0], [0, 0, 2.0]], [UPRIGHT, UPRIGHT])
+    for _ in range(20):
+        both.R[:] = turn(rng.normal(size=3), 1.0), turn(rng.normal(size=3), 2.0)
+        both.x[:] = rng.normal(size=(2, 3))
+        heights = (both.solids.meshes.vertices @ both.R[1].T + both.x[1] - both.x[0]) @ both.R[0, :, 2]
+        for limit, exact in ((np.inf, True), (heights.min() - 0.1, False)):
+            gap = gap_of_pair(both.solids, 0, 1, both.x, both.R, limit, np.array([-1, -1]), both.work)
+            assert gap >= min(limit, heights.min()) - ROUNDING
+            assert gap <= heights.min() + ROUNDING
+            assert not exact or abs(gap - heights.min()) < ROUNDING
+
+
+def test_planes_never_meet():
+    both = Touching([UP, -UP], [[0, 0, 0], [0, 0, 1.0]], [UPRIGHT, UPRIGHT])
+    assert both.count == 0
+    assert gap_of_pair(both.solids, 0, 1, both.x, both.R, np.inf, np.array([-1, -1]), both.work) == np.inf

@@ -14,6 +14,7 @@ from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.vectors import along, cross, dot, sub, unit
 
 MOST_POINTS = 4096
+NONE = np.int64(-1)  # in the place of a feature; a plain -1 is a type of its own, for which all would be compiled anew
 
 Vector = tuple[float, float, float]
 
@@ -77,7 +78,8 @@ def _comes_first(kind, feature, points, k):
 def add_point(points, count, view, kind, f0, f1, f2, f3, f4, p, q):
     """Put the point p on a, q on b among those of a patch; how many there are, or FULL.
 
-    kind and features f0 ... f4 as in `Contacts`. Of points at one place the first in the order of kinds and features stays, whatever came first.
+    kind and features f0 ... f4 as in `Contacts`, NONE where there is none. Of points at one place the first in the
+    order of kinds and features stays, whatever came first.
     """
     feature, gap = (f0, f1, f2, f3, f4), dot(view.n, sub(q, p))
     if count == FULL or not -view.limit <= gap <= view.limit:

@@ -20,7 +20,7 @@ from comotion_server.kernels.contact_pairs import new_pairs, touching_pairs, tre
 from comotion_server.kernels.contact_patch import Rules, patch_points
 from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, relative_rotation, work_space
 from comotion_server.kernels.solids import PLANE
@@ -50,13 +50,13 @@ def new_patch_work():
     return PatchWork(pairs, nodes, new_directions(), new_points(), np.empty((3, 3)), work_space())
 
 
-@jit
+@lean_jit
 def smaller_size(solids, a, b):
     """The diameter of the smaller body [m]."""
     return 2.0 * min(solids.radius[a], solids.radius[b])
 
 
-@jit
+@lean_jit
 def _write(contacts, first, a, b, points, count, corners, n, rotation, offset):
     """The corners of a patch as rows of contacts; how many rows, or FULL.
 
@@ -76,7 +76,7 @@ def _write(contacts, first, a, b, points, count, corners, n, rotation, offset):
     return corners
 
 
-@jit
+@lean_jit
 def _world_normal(m, a, b, R, directions, d):
     """Direction d in the world; that of a face straight from the face, so that it is exact."""
     if directions.owner[d] == OF_A:
@@ -86,7 +86,7 @@ def _world_normal(m, a, b, R, directions, d):
     return rotated(R[a], row(directions.normal, d))
 
 
-@jit
+@lean_jit
 def _in_turn(directions, found, turn):
     """The direction number `turn` along OBLIQUE: an order that hardly depends on how they were found."""
     best = 0

@@ -20,7 +20,6 @@ from comotion_server.kernels.vectors import add, along, dot, length, rotated, ro
 FULL = -1  # in the place of a number: there are more than there is room for
 MOST_PATCHES = 256
 OF_A, OF_B, OF_NONE = 0, 1, 2  # whose face gives a direction
-IF_TOPS, SURELY = False, True  # which pairs of triangles give one
 
 
 class TwoTriangles(NamedTuple):
@@ -101,8 +100,8 @@ def _upright(m, shape, t, p, n):
 
 
 @lean_jit
-def _direction(m, shape_a, shape_b, R, t, pair, c):
-    """(normal, owner) of a pair of triangles."""
+def direction_of(m, shape_a, shape_b, R, t, pair, c):
+    """(direction, whose face gives it) of a pair of triangles within reach, `Nearest` and `TwoTriangles`."""
     enough = explained_by(pair.distance, c)
     n = row(m.normals, pair.i)
     if gap_along(n, c) >= enough:
@@ -117,7 +116,7 @@ def _direction(m, shape_a, shape_b, R, t, pair, c):
 
 
 @lean_jit
-def _are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
+def are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
     """Whether the closest points of two triangles are tops of their bodies along n."""
     if not is_top(m, shape_a, pair.i, pair.p, n, slope):
         return False
@@ -125,15 +124,11 @@ def _are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
 
 
 @lean_jit
-def note_direction(m, shape_a, shape_b, R, t, pair, c, surely, slope, directions, count):
-    """Put the direction of a pair among those found, in the place of one alike if that comes from farther off.
+def note_direction(R, pair, n, owner, slope, directions, count):
+    """Put a direction among those found, in the place of one alike if that comes from farther off; how many, or FULL.
 
-    surely: IF_TOPS, or SURELY, without asking whether its points are tops; slope: sine below which two directions are
-    one. Returns how many there are, or FULL.
+    slope: sine below which two directions are one.
     """
-    n, owner = _direction(m, shape_a, shape_b, R, t, pair, c)
-    if not (surely or _are_tops(m, shape_a, shape_b, R, t, pair, n, slope)):
-        return count
     place = count
     for d in range(count):
         if is_level(row(directions.normal, d), n, slope):

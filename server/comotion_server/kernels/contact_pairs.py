@@ -12,9 +12,9 @@ import numpy as np
 from comotion_server.kernels.boxes import box_gap, divides_a, highest
 from comotion_server.kernels.contact_normals import (
     FULL,
-    IF_TOPS,
-    SURELY,
     Nearest,
+    are_tops,
+    direction_of,
     explained_by,
     gap_along,
     note_direction,
@@ -77,16 +77,12 @@ def _are_beside(ones, others, n, limit):
 
 
 @lean_jit
-def _judged(n, level_a, level_b, c, gap, limit):
-    """What the direction n, along which two triangles have a gap, says of them."""
-    if gap > limit:
-        return FAR
-    if gap < 0.0 or not (level_a or level_b):
-        return UNKNOWN
+def _judged(n, level_a, level_b, c, limit):
+    """What the direction n, along which two triangles have a gap of at most `limit` [m], says of them."""
     back = (-n[0], -n[1], -n[2])
     if (level_b and lies_over(_top(c.a, n), c.b, back, 0.0)) or (level_a and lies_over(_top(c.b, back), c.a, n, 0.0)):
         return NEAR
-    if _are_beside(c.a, c.b, n, limit) or _are_beside(c.b, c.a, n, limit):
+    if (level_a or level_b) and (_are_beside(c.a, c.b, n, limit) or _are_beside(c.b, c.a, n, limit)):
         return FAR
     return UNKNOWN
 
@@ -97,12 +93,15 @@ def _what_is_known(normals, normal, normal_b, least, i, j, c, slope, limit, foun
     answer, d = UNKNOWN, 0
     while d < found and answer == UNKNOWN:
         n = row(normal, d)
-        level_a = is_level(row(normals, i), n, slope)
-        level_b = is_level(row(normals, j), row(normal_b, d), slope)
         gap = gap_along(n, c)
-        answer = _judged(n, level_a, level_b, c, gap, limit)
-        if answer == NEAR:
-            least[d] = min(least[d], gap)
+        if gap > limit:
+            answer = FAR
+        elif gap > 0.0:
+            level_a = is_level(row(normals, i), n, slope)
+            level_b = is_level(row(normals, j), row(normal_b, d), slope)
+            answer = _judged(n, level_a, level_b, c, limit)
+            if answer == NEAR:
+                least[d] = min(least[d], gap)
         d += 1
     return answer
 
@@ -132,7 +131,8 @@ def _surely_nearest(m, shape_a, shape_b, R, t, slope, directions, state):
             return count, found
     if nearest.distance < inf:
         c = two_triangles(m.vertices, m.triangles, nearest.i, nearest.j, R, t)
-        found = note_direction(m, shape_a, shape_b, R, t, nearest, c, SURELY, slope, directions, found)
+        n, owner = direction_of(m, shape_a, shape_b, R, t, nearest, c)
+        found = note_direction(R, nearest, n, owner, slope, directions, found)
     return count, found
 
 
@@ -151,9 +151,10 @@ def _compare(m, shape_a, shape_b, leaf_a, leaf_b, tree, R, t, reach, limit, slop
                 pair = _nearest_points(i, j, c, limit)
                 answer = NEAR if pair.distance <= limit else FAR
                 if 0.0 < pair.distance <= reach and not _is_explained(pair.distance, c, normal, found):
-                    before = found
-                    found = note_direction(m, shape_a, shape_b, R, t, pair, c, IF_TOPS, slope, directions, found)
-                    if found == before and pair.distance < nearest.distance:
+                    n, owner = direction_of(m, shape_a, shape_b, R, t, pair, c)
+                    if are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
+                        found = note_direction(R, pair, n, owner, slope, directions, found)
+                    elif pair.distance < nearest.distance:
                         nearest = pair
             if answer == NEAR:
                 if count == MOST_PAIRS or found == FULL:
@@ -171,7 +172,8 @@ def touching_pairs(m, tree, shape_a, shape_b, roots, R, t, reach, limit, slope, 
     below which directions are alike; nodes (STACK_SIZE, 2) int64. Out: pairs (MOST_PAIRS, 2) int64 of a, of b, over all
     shapes; directions. Both numbers are FULL where there is no room.
     """
-    top, state = 1, (0, 0, Nearest(inf, ZERO, ZERO, ZERO, -1, -1))
+    top, none = 1, np.int64(0)  # of the type it will have: else what it goes to is compiled twice
+    state = (none, none, Nearest(inf, ZERO, ZERO, ZERO, none, none))
     nodes[0, 0], nodes[0, 1] = roots
     while top > 0:
         top -= 1

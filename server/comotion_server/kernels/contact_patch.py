@@ -10,7 +10,7 @@ Triangles, and with them lines within a flat face, leave no trace: only sharp ed
 
 from typing import NamedTuple
 
-from comotion_server.kernels.contact_hull import add_point
+from comotion_server.kernels.contact_hull import NONE, add_point
 from comotion_server.kernels.contact_normals import FULL, OF_A, OF_B, gap_along, two_triangles
 from comotion_server.kernels.contact_overlap import (
     Side,
@@ -60,9 +60,11 @@ def _add_corner(m, side, k, other, view, points, count):
     """A corner over the level face of the other body."""
     v, p = m.triangles[side.triangle, k], side.points[k]
     q = foot(p, view.n, other.face, other.points[0])
+    first, last = v, other.triangle
     if side.body == OF_B:
-        return add_point(points, count, view, FACE_CORNER, other.triangle, -1, v, -1, -1, q, p)
-    return add_point(points, count, view, CORNER_FACE, v, -1, other.triangle, -1, -1, p, q)
+        first, last, p, q = last, first, q, p
+    kind = CORNER_FACE if side.body == OF_A else FACE_CORNER
+    return add_point(points, count, view, kind, first, NONE, last, NONE, NONE, p, q)
 
 
 @lean_jit
@@ -71,7 +73,7 @@ def _add_crossing(m, side_a, k, side_b, l, face_of_a, view, points, count):
     a0, b0, i, j, triangles = side_a.points[k], side_b.points[l], side_a.triangle, side_b.triangle, m.triangles
     u, v = sub(side_a.points[(k + 1) % 3], a0), sub(side_b.points[(l + 1) % 3], b0)
     s, t, sine = crossing(a0, u, b0, v, view.n)
-    kind, face = EDGES, -1
+    kind, face = EDGES, NONE
     if side_a.level and (face_of_a or not side_b.level):
         kind, face = CROSSING_A, i
     elif side_b.level:
@@ -92,8 +94,8 @@ def _add_corner_on_edge(m, side, k, other, l, view, points, count):
     p = side.points[k]
     q = point_on_edge(other, l, on_edge(p, other, l))
     if side.body == OF_B:
-        return add_point(points, count, view, POINTS, w0, w1, v, -1, -1, q, p)
-    return add_point(points, count, view, POINTS, v, -1, w0, w1, -1, p, q)
+        return add_point(points, count, view, POINTS, w0, w1, v, NONE, NONE, q, p)
+    return add_point(points, count, view, POINTS, v, NONE, w0, w1, NONE, p, q)
 
 
 @lean_jit
@@ -145,7 +147,7 @@ def _add_corners_on_corners(m, side_a, side_b, bits, R, rules, view, points, cou
             ):
                 v, w = m.triangles[side_a.triangle, k], m.triangles[side_b.triangle, l]
                 p, q = side_a.points[k], side_b.points[l]
-                count = add_point(points, count, view, POINTS, v, -1, w, -1, -1, p, q)
+                count = add_point(points, count, view, POINTS, v, NONE, w, NONE, NONE, p, q)
     return count
 
 

@@ -3,7 +3,7 @@
 from math import inf
 
 from comotion_server.kernels.boxes import lowest
-from comotion_server.kernels.contact_hull import add_point
+from comotion_server.kernels.contact_hull import NONE, add_point
 from comotion_server.kernels.contacts import CORNER_FACE, FACE_CORNER
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import is_top_corner
@@ -62,7 +62,8 @@ def add_corners(m, shape, up, height, rotation, offset, mesh_is_a, slope, view, 
                     continue
                 p = add(rotated(rotation, row(m.vertices, v)), offset)
                 if mesh_is_a:
-                    count = add_point(points, count, view, CORNER_FACE, v, -1, -1, -1, -1, p, along(p, gap, view.n))
+                    kind, first, last, q = CORNER_FACE, v, NONE, along(p, gap, view.n)
                 else:
-                    count = add_point(points, count, view, FACE_CORNER, -1, -1, v, -1, -1, along(p, -gap, view.n), p)
+                    kind, first, last, p, q = FACE_CORNER, NONE, v, along(p, -gap, view.n), p
+                count = add_point(points, count, view, kind, first, NONE, last, NONE, NONE, p, q)
     return count

@@ -8,10 +8,10 @@ from comotion_server.kernels.jit import jit
 
 CORNER_FACE = 0  # vertex of a on a face of b; features: vertex, -1, triangle
 FACE_CORNER = 1  # face of a under a vertex of b; features: triangle, -1, vertex
-EDGES = 2  # two edges, normal to both; features: both vertices of a's, both of b's
+EDGES = 2  # two edges, normal to both; features: both vertices of a's, both of b's, a's x b's along the normal
 CROSSING_A = 3  # two edges that cross in the plane of a face of a; features as EDGES, then that triangle
 CROSSING_B = 4  # the same in the plane of a face of b
-POINTS = 5  # a vertex on a vertex or on an edge, where no plane explains the gap; the normal is that of the two points
+POINTS = 5  # a vertex on a vertex or on an edge, where no plane explains the gap; features as EDGES, a vertex with -1
 
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 
