@@ -32,8 +32,9 @@ from comotion_server.kernels.orthogonal_rows import (
 from comotion_server.kernels.reflections import RUBBED, WORK, largest_of
 from comotion_server.kernels.vectors import cross, row, unit
 
-ROUNDS = 40  # of bounds; each starts where the last ended
-SETTLED = 1e-13  # relative change of the bounds that ends the rounds
+ROUNDS = 60  # of bounds; each starts where the last ended
+FULL_ROUNDS = 20  # after these, bounds go half the way: where friction and normal impulses chase each other
+SETTLED = 1e-11  # relative change of the bounds that ends the rounds
 LOADED = 1e-13  # of the largest impulse: less is no load
 
 
@@ -86,7 +87,8 @@ def take_out_normals(factors, count, N, c, T, slip, g, inside):
         advance(toward, stopped[j], factors.basis[j])
     for k in range(len(T)):
         g[k] = slip[k] - inner(T[k], toward)
-        split_row(factors, count, T[k], h, inside[k])
+        if split_row(factors, count, T[k], h, inside[k]) <= DEPENDENT * DEPENDENT * inner(T[k], T[k]):
+            g[k], inside[k, :] = 0.0, 0.0
 
 
 @jit
@@ -101,17 +103,20 @@ def rub_part(N, c, T, slip, friction, pressing, rubbing, d):
     take_out_normals(factors, count, N, c, T, slip, g, inside)
     pressed, radius = pressing.copy(), np.zeros(f)
     rubbing[:], d[:] = 0.0, 0.0
-    for _ in range(ROUNDS):
-        change = 0.0
+    for attempt in range(ROUNDS):
+        change, step = 0.0, 1.0 if attempt < FULL_ROUNDS else 0.5
         for i in range(f):
             wanted = friction[i] * max(pressing[i], 0.0)
             change = max(change, abs(wanted - radius[i]) / max(wanted, radius[i], 1e-300))
-            radius[i] = wanted
+            radius[i] += step * (wanted - radius[i])
         if change <= SETTLED:
             break
         descend(inside, g, radius, rubbing, d)
         press_again(N, factors, count, pressed, T, rubbing, pressing)
-    return -(inner(g, rubbing) + 0.5 * inner(d, d))
+    heat = -inner(slip, rubbing) - 0.5 * inner(d, d)
+    for i in range(f):
+        heat -= (pressing[i] - pressed[i]) * c[i]
+    return heat
 
 
 @jit
