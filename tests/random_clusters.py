@@ -121,3 +121,35 @@ def audit(clump, rng, law=TOGETHER):
     seen.momentum = np.abs((mass * one.v * free - before) - given * free).max() / size
     seen.reflections = int(one.report.reflections[0])
     return seen
+
+
+def packing(columns, lines, rng, ratio=1.0, *, twice=False):
+    """Touching discs in a corner, masses to a ratio: links (m,2), rows (m,2,6) over mass-scaled x (k,6); -1 the walls."""
+    k = columns * lines
+    place = np.array([(i + 0.5 * (j % 2), 0.866 * j) for j in range(lines) for i in range(columns)])
+    place += 0.05 * rng.normal(size=place.shape)
+    root = np.sqrt(ratio ** rng.random(k))
+    links, rows = [], []
+
+    def touch(a, b, normal, off):
+        row = np.zeros((2, 6))
+        for side, j, sign in ((0, a, -1.0), (1, b, 1.0)):
+            if j >= 0:
+                row[side, :2], row[side, 5] = sign * normal / root[j], sign * off / (np.sqrt(0.1) * root[j])
+        links.append((a, b))
+        rows.append(row)
+
+    for a in range(k):
+        for b in range(a + 1, k):
+            apart = place[b] - place[a]
+            if np.hypot(*apart) < 1.25:
+                for _ in range(2 if twice else 1):
+                    touch(a, b, apart / np.hypot(*apart), 0.3 * rng.normal())
+    for a in range(k):
+        if a % columns == 0:
+            touch(-1, a, np.array([1.0, 0.0]), 0.0)
+        if a < columns:
+            touch(-1, a, np.array([0.0, 1.0]), 0.0)
+    x = np.zeros((k, 6))
+    x[:, :2], x[:, 5] = rng.normal(size=(k, 2)) - 1.0, np.sqrt(0.1) * rng.normal(size=k)
+    return np.array(links), np.array(rows), x * root[:, None]

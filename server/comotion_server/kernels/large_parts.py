@@ -19,14 +19,15 @@ from comotion_server.kernels.block_cholesky import Factor, add_outer, factorise,
 from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, SOLVED
 from comotion_server.kernels.jit import jit
 
-FIRST_WEIGHT, LARGEST_WEIGHT = 10.0, 1e8  # rho; larger than the last: rounding of A y - b shows in the multipliers
+FIRST_WEIGHT, LARGEST_WEIGHT = 10.0, 1e10  # rho; near the last, rounding of A y - b shows in the multipliers
 SLOW = 0.1  # a round that leaves more of the error than this raises rho tenfold
 ROUNDS = 60  # of multipliers
 NEWTON_STEPS = 100  # in one round; most need less than ten
 HALVINGS = 60  # of the line search
 CLOSE = 1e-14  # of the largest term of a row: an error that ends the rounds
 IMPOSSIBLE = 1e-7  # |A^T change of l| / |change of l|: below it the change is a certificate
-SWEEPS = 4  # refinements on the active rows
+SWEEPS = 3  # refinements on the active rows with one weight
+LIGHTER = 1e-3  # the next weight: a large one mends weak directions, smaller ones the rounding it leaves in others
 
 
 class Part(NamedTuple):
@@ -245,9 +246,10 @@ def project_large(link, rows, size, bound, equal, x, y, multiplier, certificate)
         if error > SLOW * last and weight < LARGEST_WEIGHT:
             weight, fits = 10.0 * weight, False
         last = error
-    if not fits:
+    while weight >= FIRST_WEIGHT:
         build(part, pattern, active, weight, factor)
-    polish(part, pattern, factor, weight, active, start, end, l)
+        polish(part, pattern, factor, weight, active, start, end, l)
+        weight *= LIGHTER
     for i in range(m):
         multiplier[i] = (l[i] if equal[i] else max(l[i], 0.0)) / size[i]
     for p in range(k):
