@@ -153,3 +153,17 @@ def packing(columns, lines, rng, ratio=1.0, *, twice=False):
     x = np.zeros((k, 6))
     x[:, :2], x[:, 5] = rng.normal(size=(k, 2)) - 1.0, np.sqrt(0.1) * rng.normal(size=k)
     return np.array(links), np.array(rows), x * root[:, None]
+
+
+def jam(columns, lines, e, rng):
+    """The packing as bodies of mass 1, thrown into its corner."""
+    clump = Clump()
+    link, rows, _ = packing(columns, lines, rng)
+    wall = clump.given()
+    for _ in range(columns * lines):
+        clump.body(1.0, (0.1, 0.1, 0.1), v=rng.normal(size=3) * (1, 1, 0) - (1, 1, 0), free=(1, 1, 0), spin=2)
+    for (a, b), (_, right) in zip(link, rows, strict=True):
+        normal = right[:3] * (1, 1, 0)
+        arm = np.array([-normal[1], normal[0], 0.0]) * right[5] * np.sqrt(0.1)
+        clump.touch(wall if a < 0 else a + 1, b + 1, normal, e, arm, arm)
+    return clump

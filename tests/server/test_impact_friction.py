@@ -19,11 +19,11 @@ def closes_books(outcome):
     return abs(outcome.growth - work + lost + heat) <= 1e-14 * (outcome.scale + abs(work))
 
 
-def landing_ball(mu, e=0.5, v=3.0, drop=1.0, belt=0.0):
+def landing_ball(mu, belt, law, e=0.5, v=3.0, drop=1.0):
     clump = Clump()
     floor_, ball = clump.given((belt, 0, 0)), clump.body(1.0, (0.4, 0.4, 0.4), v=(v, 0, -drop))
     clump.touch(floor_, ball, (0, 0, 1), e, (0, 0, 0), (0, 0, -1), mu)
-    return answer(clump), ball
+    return answer(clump, law), ball
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.2, 1.0])
@@ -31,7 +31,7 @@ def landing_ball(mu, e=0.5, v=3.0, drop=1.0, belt=0.0):
 @pytest.mark.parametrize("law", [TOGETHER, SEQUENTIAL])
 def test_ball_slides_or_grips(mu, belt, law):
     """A slipping ball loses mu (1 + e) v_n of its slip's 2/7; one that grips rolls: v = belt + 5/7 (v - belt)."""
-    outcome, ball = landing_ball(mu, belt=belt)
+    outcome, ball = landing_ball(mu, belt, law)
     slip = 3.0 - belt
     rubbed = min(mu * 1.5, 2 / 7 * slip)
     np.testing.assert_allclose(outcome.v[ball], (3.0 - rubbed, 0, 0.5), rtol=0, atol=ROUNDING)

@@ -66,7 +66,7 @@ def test_stack_of_mass_ratio_1e10():
     """A light body under a heavy one: forces are the weights above, nothing moves."""
     clump, masses = Clump(), [1.0, 1e10, 1.0]
     below, weight = clump.given(), np.zeros((4, 3))
-    for i, mass in enumerate(masses):
+    for mass in masses:
         above = clump.ball((0, 0, 0), mass)
         clump.touch(below, above, (0, 0, 1), 0.0)
         weight[above, 2] = -mass * G

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from clusters_by_hand import Clump, answer
-from random_clusters import opening_speeds, packing
+from random_clusters import jam, opening_speeds, packing
 
 from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED, project
 from comotion_server.kernels.impact_cluster import LOST, WORK
@@ -84,15 +84,7 @@ def test_long_column_between_hull_and_wall_is_blocked():
 
 def test_jam_of_discs_closes_its_books(rng):
     """A packing thrown into a corner, e = .5, through the whole law."""
-    clump = Clump()
-    link, rows, _ = packing(12, 12, rng, 1.0)
-    wall = clump.given()
-    for _ in range(144):
-        clump.body(1.0, (0.1, 0.1, 0.1), v=rng.normal(size=3) * (1, 1, 0) - (1, 1, 0), free=(1, 1, 0), spin=2)
-    for (a, b), (_, right) in zip(link, rows, strict=True):
-        normal = right[:3] * (1, 1, 0)
-        arm = np.array([-normal[1], normal[0], 0.0]) * right[5] * np.sqrt(0.1) / (normal @ normal)
-        clump.touch(wall if a < 0 else a + 1, b + 1, normal, 0.5, np.zeros(3), -arm)
+    clump = jam(12, 12, 0.5, rng)
     outcome = answer(clump)
     lost, work = outcome.report.book[LOST], outcome.report.book[WORK]
     assert outcome.status == SOLVED
