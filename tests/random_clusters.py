@@ -105,7 +105,7 @@ def audit(clump, rng, law=TOGETHER):
         return seen
     seen.repeats = all(np.array_equal(getattr(one, k), getattr(again, k)) for k in ("v", "L", "w", "impulse"))
     lost, work = one.report.book.sum() - one.report.book[WORK], one.report.book[WORK]
-    scale, mass = one.scale + abs(work), np.array(clump.mass)[:, None]
+    scale, mass = one.scale + abs(work) + 1e-300, np.array(clump.mass)[:, None]
     reacts = np.array(clump.reacts)[:, None]
     seen.growth, seen.book = (one.growth - work) / scale, abs(one.growth - work + lost) / scale
     seen.numbering = np.abs((two.v[place] - one.v) * np.sqrt(mass) * reacts).max() / np.sqrt(2 * scale)
@@ -124,7 +124,7 @@ def audit(clump, rng, law=TOGETHER):
 
 
 def packing(columns, lines, rng, ratio=1.0, *, twice=False):
-    """Touching discs in a corner, masses to a ratio: links (m,2), rows (m,2,6) over mass-scaled x (k,6); -1 the walls."""
+    """Touching discs in a corner: links (m,2), -1 a wall, rows (m,2,6) over mass-scaled x (k,6); masses to a ratio."""
     k = columns * lines
     place = np.array([(i + 0.5 * (j % 2), 0.866 * j) for j in range(lines) for i in range(columns)])
     place += 0.05 * rng.normal(size=place.shape)

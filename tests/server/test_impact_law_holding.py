@@ -21,9 +21,8 @@ def held(clump, force, torque=None, bias=None):
     pressing, certificate = np.zeros(c), np.zeros(c, bool)
     torque = np.zeros((n, 3)) if torque is None else torque
     bias = np.zeros(c) if bias is None else np.asarray(bias, float)
-    status = hold(
-        bodies, contacts, c, bias, np.asarray(force, float), torque, R, L, w, acceleration, change, pressing, certificate
-    )  # fmt: skip
+    push = np.asarray(force, float)
+    status = hold(bodies, contacts, c, bias, push, torque, R, L, w, acceleration, change, pressing, certificate)
     return status, acceleration, change, pressing, certificate
 
 

@@ -146,7 +146,7 @@ def project_cluster(rows, bounds, chosen, equal, weak, x, y, multiplier, certifi
     parts = parts_of(rows.link, chosen, len(x))
     multiplier[:], y[:], certificate[:] = 0.0, x, False
     place, worst = np.empty(len(x), np.int64), SOLVED
-    for p in range(parts.count):
+    for p in range(parts.total):
         part_rows = parts.rows[parts.first_row[p] : parts.first_row[p + 1]]
         part_members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         if len(part_rows) == 1 and not equal[part_rows[0]]:

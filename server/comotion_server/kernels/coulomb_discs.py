@@ -1,6 +1,6 @@
 """The most energy that tangential impulses within discs |l_t| <= mu l_n can take, contact after contact.
 
-Legend: T (2f,n) tangent rows, two per contact; g (2f,) slip before; l_t impulses; d = T^T l_t; B = T T^T of one contact.
+Legend: T (2f,n) tangent rows, two per contact; g (2f,) slip before; l_t impulses; d = T^T l_t; B = T T^T of one.
 The function |d|^2 / 2 + g.l_t is convex, zero at rest, and every move lowers it.
 """
 

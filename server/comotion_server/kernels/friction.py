@@ -1,9 +1,9 @@
 """Coulomb friction of a cluster, once its normal impulses are known.
 
-Tangential impulses take as much kinetic energy as they can, |l_t| <= mu l_n for each contact, while the normal speeds of
-loaded contacts stay as restitution left them: their rows T are projected to T' = T (I - Q Q^T), Q spanning the loaded
-normals N, and the normal impulses change by what that costs. The change of energy is the minimum of a convex function
-that starts at zero: it never rises. Bounds follow the normal impulses in a few rounds.
+Tangential impulses take as much kinetic energy as they can, |l_t| <= mu l_n for each contact, while the normal speeds
+of loaded contacts stay as restitution left them: their rows T are projected to T' = T (I - Q Q^T), Q spanning the
+loaded normals N, and the normal impulses change by what that costs. The change of energy is the minimum of a convex
+function that starts at zero: it never rises. Bounds follow the normal impulses in a few rounds.
 
 Legend: f loaded contacts, n unknowns; N (f,n) normals, T (2f,n) tangents, two per contact; c opening speeds; g slip
 with the normal speeds taken out; l_n, l_t impulses; d = T'^T l_t the change of the unknowns.
@@ -168,7 +168,7 @@ def rub(bodies, contacts, cluster, normal, friction, v, w, x, pressed, impulse, 
     for i in range(len(bounds)):
         loaded[i] = pressed[i] > least
     parts = parts_of(rows.link, loaded, len(x))
-    for p in range(parts.count):
+    for p in range(parts.total):
         chosen = parts.rows[parts.first_row[p] : parts.first_row[p + 1]].copy()
         members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         while len(chosen) > 0:

@@ -1,4 +1,4 @@
-"""The projection of a part with many contacts: augmented Lagrangian, each step by semi-smooth Newton, sparse throughout.
+"""The projection of a part with many contacts: augmented Lagrangian, each step by semi-smooth Newton, all sparse.
 
     min |y - x|^2 / 2  under  A y >= b:  y = argmin |y - x|^2 / 2 + sum max(0, l - rho (A y - b))^2 / (2 rho),
     then l = max(0, l - rho (A y - b)), again, with rho growing (Rockafellar 1976; Li, Sun, Toh 2018).
