@@ -1,9 +1,11 @@
 """Ten thousand random clusters given straight to the impact law: energy, books, numbering, repeats, reflections, time.
 
     python benchmarks/impact_clusters.py [--quick] [--friction MU] [--sequential]
+    python benchmarks/impact_clusters.py --large
 
 Seven kinds: elastic, mixed restitution, mass ratio 1e10, every second contact twice, locked axes, moving given bodies,
-and all of these at once. Exit code 1 if a bar is missed. Clusters are those of the tests, 2 to 8 bodies, 1 to 15 contacts.
+and all of these at once. Exit code 1 if a bar is missed. Clusters are those of the tests, 2 to 8 bodies, 1 to 15
+contacts. `--large`: jams of 49 to 1024 discs thrown into a corner, one contact each with their neighbours.
 """
 
 import argparse
@@ -16,12 +18,29 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from clusters_by_hand import answer
-from random_clusters import KINDS, Audit, audit, random_clump
+from random_clusters import KINDS, Audit, audit, jam, opening_speeds, random_clump
 
-from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
+from comotion_server.kernels.impact_cluster import LOST, SEQUENTIAL, TOGETHER, WORK
 
 BARS = {"growth": 1e-14, "book": 1e-12, "numbering": 1e-12}
 STATUS = ("solved", "capped", "jammed", "blocked")
+
+
+def large():
+    """Jams, one answer each, warm."""
+    print(f"{'discs':>6}{'contacts':>9}{'e':>5}{'status':>8}{'reflections':>12}{'seconds':>9}{'book':>9}{'closing':>9}")
+    answer(jam(16, 16, 0.5, np.random.default_rng(1)))
+    for columns in (7, 14, 22, 32):
+        for e in (0.0, 0.5, 1.0):
+            clump = jam(columns, columns, e, np.random.default_rng(1))
+            start = time.perf_counter()
+            outcome = answer(clump)
+            seconds = time.perf_counter() - start
+            book = abs(outcome.growth - outcome.report.book[WORK] + outcome.report.book[LOST]) / outcome.scale
+            closing = -opening_speeds(clump, outcome.v, outcome.w).min() / outcome.report.approach.max()
+            print(f"{columns**2:6}{len(clump.rows):9}{e:5}{STATUS[outcome.status]:>8}"
+                  f"{outcome.report.reflections[0]:12}{seconds:9.3f}{book:9.1e}{closing:9.1e}", flush=True)  # fmt: skip
+    return 0
 
 
 def main():
@@ -29,7 +48,10 @@ def main():
     parser.add_argument("--quick", action="store_true", help="700 clusters")
     parser.add_argument("--friction", type=float, default=0.0)
     parser.add_argument("--sequential", action="store_true")
+    parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
+    if options.large:
+        return large()
     law, each = SEQUENTIAL if options.sequential else TOGETHER, 100 if options.quick else 1429
     print(f"{each} clusters of each kind")
     print(f"{'kind':12}{'growth':>9}{'book':>9}{'momentum':>9}{'number.':>9}{'closing':>9} bits"
@@ -46,9 +68,7 @@ def main():
             start = time.perf_counter()
             answer(clump, law)
             times.append(1e6 * (time.perf_counter() - start))
-        figures = "".join(
-            f"{getattr(worst, k):9.1e}" for k in ("growth", "book", "momentum", "numbering", "closing")
-        )
+        figures = "".join(f"{getattr(worst, k):9.1e}" for k in ("growth", "book", "momentum", "numbering", "closing"))
         median, rare = np.percentile(reflections, [50, 99])
         us, slow = np.percentile(times, [50, 99])
         print(f"{kind:12}{figures} {'same' if worst.repeats else 'DIFFER'}  "

@@ -105,7 +105,7 @@ def audit(clump, rng, law=TOGETHER):
         return seen
     seen.repeats = all(np.array_equal(getattr(one, k), getattr(again, k)) for k in ("v", "L", "w", "impulse"))
     lost, work = one.report.book.sum() - one.report.book[WORK], one.report.book[WORK]
-    scale, mass = one.scale + abs(work), np.array(clump.mass)[:, None]
+    scale, mass = one.scale + abs(work) + 1e-300, np.array(clump.mass)[:, None]
     reacts = np.array(clump.reacts)[:, None]
     seen.growth, seen.book = (one.growth - work) / scale, abs(one.growth - work + lost) / scale
     seen.numbering = np.abs((two.v[place] - one.v) * np.sqrt(mass) * reacts).max() / np.sqrt(2 * scale)
@@ -121,3 +121,49 @@ def audit(clump, rng, law=TOGETHER):
     seen.momentum = np.abs((mass * one.v * free - before) - given * free).max() / size
     seen.reflections = int(one.report.reflections[0])
     return seen
+
+
+def packing(columns, lines, rng, ratio=1.0, *, twice=False):
+    """Touching discs in a corner: links (m,2), -1 a wall, rows (m,2,6) over mass-scaled x (k,6); masses to a ratio."""
+    k = columns * lines
+    place = np.array([(i + 0.5 * (j % 2), 0.866 * j) for j in range(lines) for i in range(columns)])
+    place += 0.05 * rng.normal(size=place.shape)
+    root = np.sqrt(ratio ** rng.random(k))
+    links, rows = [], []
+
+    def touch(a, b, normal, off):
+        row = np.zeros((2, 6))
+        for side, j, sign in ((0, a, -1.0), (1, b, 1.0)):
+            if j >= 0:
+                row[side, :2], row[side, 5] = sign * normal / root[j], sign * off / (np.sqrt(0.1) * root[j])
+        links.append((a, b))
+        rows.append(row)
+
+    for a in range(k):
+        for b in range(a + 1, k):
+            apart = place[b] - place[a]
+            if np.hypot(*apart) < 1.25:
+                for _ in range(2 if twice else 1):
+                    touch(a, b, apart / np.hypot(*apart), 0.3 * rng.normal())
+    for a in range(k):
+        if a % columns == 0:
+            touch(-1, a, np.array([1.0, 0.0]), 0.0)
+        if a < columns:
+            touch(-1, a, np.array([0.0, 1.0]), 0.0)
+    x = np.zeros((k, 6))
+    x[:, :2], x[:, 5] = rng.normal(size=(k, 2)) - 1.0, np.sqrt(0.1) * rng.normal(size=k)
+    return np.array(links), np.array(rows), x * root[:, None]
+
+
+def jam(columns, lines, e, rng):
+    """The packing as bodies of mass 1, thrown into its corner."""
+    clump = Clump()
+    link, rows, _ = packing(columns, lines, rng)
+    wall = clump.given()
+    for _ in range(columns * lines):
+        clump.body(1.0, (0.1, 0.1, 0.1), v=rng.normal(size=3) * (1, 1, 0) - (1, 1, 0), free=(1, 1, 0), spin=2)
+    for (a, b), (_, right) in zip(link, rows, strict=True):
+        normal = right[:3] * (1, 1, 0)
+        arm = np.array([-normal[1], normal[0], 0.0]) * right[5] * np.sqrt(0.1)
+        clump.touch(wall if a < 0 else a + 1, b + 1, normal, e, arm, arm)
+    return clump

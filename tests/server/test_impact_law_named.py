@@ -58,7 +58,7 @@ def test_three_balls_collapse_into_one_below_7_minus_4_root_3(e):
     assert closes_books(outcome)
 
 
-def ring(e, count=23, wall=False):
+def ring(e, count=23, *, wall=False):
     clump = Clump()
     angles = 2 * pi * np.arange(count) / count
     out = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])

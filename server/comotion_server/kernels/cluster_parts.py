@@ -1,4 +1,4 @@
-"""The parts of a cluster that the chosen rows join through reacting bodies: each can be answered on its own, exactly."""
+"""The parts of a cluster that chosen rows join through reacting bodies: each can be answered on its own, exactly."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ NO_PART = -1
 class Parts(NamedTuple):
     """Parts in the order of their first rows."""
 
-    count: int
+    total: int
     of_row: np.ndarray  # (c,) int64 part of a row; NO_PART: not chosen
     of_member: np.ndarray  # (k,) int64 part of a member; NO_PART: no chosen row touches it
     rows: np.ndarray  # int64 the chosen rows, part after part, in their order

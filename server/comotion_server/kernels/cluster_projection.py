@@ -4,11 +4,13 @@ import numpy as np
 
 from comotion_server.kernels.cluster_parts import parts_of
 from comotion_server.kernels.cluster_rows import NOT_REACTING, add_row, along_row
-from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED, project, terms_of
+from comotion_server.kernels.dual_active_set import BLOCKED, ROUNDING, SOLVED, project, terms_of
 from comotion_server.kernels.impulse_shares import share_push
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.large_parts import project_large
 from comotion_server.kernels.orthogonal_rows import inner
 
+LARGE = 150  # rows of a part above which the sparse method is faster
 TIGHT = 1e-11  # of a row's terms: an opening speed that counts as none, so that the row may carry a share
 
 
@@ -88,6 +90,53 @@ def project_part(rows, bounds, equal, weak, part_rows, part_members, place, x, y
 
 
 @jit
+def satisfied(rows, bounds, equal, part_rows, x):
+    """Whether a part has nothing to answer: no equality, no row closer than rounding."""
+    for i in part_rows:
+        if equal[i]:
+            return False
+        speed, terms = -bounds[i], abs(bounds[i])
+        for side in range(2):
+            j = rows.link[i, side]
+            if j != NOT_REACTING:
+                for k in range(6):
+                    speed += rows.part[i, side, k] * x[j, k]
+                    terms += abs(rows.part[i, side, k] * x[j, k])
+        if speed < -ROUNDING * terms:
+            return False
+    return True
+
+
+@jit
+def project_large_part(rows, bounds, equal, part_rows, part_members, place, x, y, multiplier, certificate):
+    """As `project_part`, sparse; multipliers are unique but not those of least norm."""
+    m, k = len(part_rows), len(part_members)
+    link, part, size, b = np.full((m, 2), NOT_REACTING), np.empty((m, 2, 6)), np.empty(m), np.empty(m)
+    fixed, mark, forces, start, end = (
+        equal[part_rows],
+        np.zeros(m, np.bool_),
+        np.empty(m),
+        np.empty((k, 6)),
+        x[:k].copy(),
+    )
+    for j in range(k):
+        place[part_members[j]] = j
+        start[j] = x[part_members[j]]
+    for r in range(m):
+        i = part_rows[r]
+        part[r], size[r], b[r] = rows.part[i], rows.size[i], bounds[i]
+        for side in range(2):
+            if rows.link[i, side] != NOT_REACTING:
+                link[r, side] = place[rows.link[i, side]]
+    status = project_large(link, part, size, b, fixed, start, end, forces, mark)
+    for r in range(m):
+        certificate[part_rows[r]], multiplier[part_rows[r]] = mark[r], forces[r]
+    for j in range(k):
+        y[part_members[j]] = end[j]
+    return status
+
+
+@jit
 def project_cluster(rows, bounds, chosen, equal, weak, x, y, multiplier, certificate):
     """Nearest y (k,6) to x (k,6) with opening speeds >= 0 (= 0 where equal) in the chosen rows (c,): status, parts.
 
@@ -97,12 +146,18 @@ def project_cluster(rows, bounds, chosen, equal, weak, x, y, multiplier, certifi
     parts = parts_of(rows.link, chosen, len(x))
     multiplier[:], y[:], certificate[:] = 0.0, x, False
     place, worst = np.empty(len(x), np.int64), SOLVED
-    for p in range(parts.count):
+    for p in range(parts.total):
         part_rows = parts.rows[parts.first_row[p] : parts.first_row[p + 1]]
         part_members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         if len(part_rows) == 1 and not equal[part_rows[0]]:
             status = project_row(rows, bounds, part_rows[0], y, multiplier)
             certificate[part_rows[0]] |= status == BLOCKED
+        elif satisfied(rows, bounds, equal, part_rows, x):
+            status = SOLVED
+        elif len(part_rows) > LARGE:
+            status = project_large_part(
+                rows, bounds, equal, part_rows, part_members, place, x, y, multiplier, certificate
+            )
         else:
             status = project_part(
                 rows, bounds, equal, weak, part_rows, part_members, place, x, y, multiplier, certificate

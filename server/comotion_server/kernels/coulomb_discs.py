@@ -1,6 +1,6 @@
 """The most energy that tangential impulses within discs |l_t| <= mu l_n can take, contact after contact.
 
-Legend: T (2f,n) tangent rows, two per contact; g (2f,) slip before; l_t impulses; d = T^T l_t; B = T T^T of one contact.
+Legend: T (2f,n) tangent rows, two per contact; g (2f,) slip before; l_t impulses; d = T^T l_t; B = T T^T of one.
 The function |d|^2 / 2 + g.l_t is convex, zero at rest, and every move lowers it.
 """
 
@@ -11,10 +11,10 @@ import numpy as np
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.orthogonal_rows import advance, inner
 
-SETTLED = 1e-14  # relative motion of a sweep that ends the descent
-MOST_SWEEPS = 1000  # over the contacts; stopping early is safe
+SETTLED = 1e-13  # relative motion of a sweep that ends the descent
+MOST_SWEEPS = 300  # over the contacts; stopping early is safe
 NEWTON_STEPS = 30  # for the multiplier of a disc
-FLAT = 1e-14  # of the larger eigenvalue: a direction that nothing can give way to
+FLAT = 1e-20  # of the larger eigenvalue: a direction in which nothing can give way bears nothing
 
 
 @jit
@@ -31,12 +31,12 @@ def least_in_disc(B, h0, h1, radius):
     """The l with the least l.B l / 2 + h.l in the disc |l| <= radius."""
     low, high, c, s = principal_axes(B)
     u, t = c * h0 + s * h1, c * h1 - s * h0
+    if low <= FLAT * high:
+        u, low = 0.0, high
     pull = hypot(u, t)
     if pull == 0.0 or radius == 0.0:
         return 0.0, 0.0
     shift = max(0.0, pull / radius - high)
-    if shift == 0.0 and low <= FLAT * high:
-        shift = FLAT * (high + pull / radius)
     for _ in range(NEWTON_STEPS):  # Newton for 1/|l(shift)| = 1/radius, concave: from below it never overshoots
         p, q = u / (low + shift), t / (high + shift)
         size = hypot(p, q)

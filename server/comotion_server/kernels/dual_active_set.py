@@ -2,8 +2,8 @@
 
 The dual active set method of Goldfarb and Idnani (1983, "A numerically stable dual method for solving strictly convex
 quadratic programs") for a unit Hessian: rows come in by the largest violation, leave where their multiplier would turn
-negative, and the dual objective only grows. y = x + A^T lambda is unique; lambda is not where rows depend on each other.
-Linearly dependent rows never enter the factorisation. At the end the solution is refined with the rows that stayed.
+negative, and the dual objective only grows. y = x + A^T lambda is unique; lambda is not where rows depend on each
+other. Linearly dependent rows never enter the factorisation. At last the solution is refined with the rows that stayed.
 
 Legend: q the row that enters, z its part outside the active rows, r = R^-1 Q^T a_q the exchange rates of the active
 multipliers, t the step; reach (n,) the largest size each unknown had on the way: what rounding is relative to.

@@ -1,9 +1,9 @@
 """Coulomb friction of a cluster, once its normal impulses are known.
 
-Tangential impulses take as much kinetic energy as they can, |l_t| <= mu l_n for each contact, while the normal speeds of
-loaded contacts stay as restitution left them: their rows T are projected to T' = T (I - Q Q^T), Q spanning the loaded
-normals N, and the normal impulses change by what that costs. The change of energy is the minimum of a convex function
-that starts at zero: it never rises. Bounds follow the normal impulses in a few rounds.
+Tangential impulses take as much kinetic energy as they can, |l_t| <= mu l_n for each contact, while the normal speeds
+of loaded contacts stay as restitution left them: their rows T are projected to T' = T (I - Q Q^T), Q spanning the
+loaded normals N, and the normal impulses change by what that costs. The change of energy is the minimum of a convex
+function that starts at zero: it never rises. Bounds follow the normal impulses in a few rounds.
 
 Legend: f loaded contacts, n unknowns; N (f,n) normals, T (2f,n) tangents, two per contact; c opening speeds; g slip
 with the normal speeds taken out; l_n, l_t impulses; d = T'^T l_t the change of the unknowns.
@@ -32,8 +32,9 @@ from comotion_server.kernels.orthogonal_rows import (
 from comotion_server.kernels.reflections import RUBBED, WORK, largest_of
 from comotion_server.kernels.vectors import cross, row, unit
 
-ROUNDS = 40  # of bounds; each starts where the last ended
-SETTLED = 1e-13  # relative change of the bounds that ends the rounds
+ROUNDS = 60  # of bounds; each starts where the last ended
+FULL_ROUNDS = 20  # after these, bounds go half the way: where friction and normal impulses chase each other
+SETTLED = 1e-11  # relative change of the bounds that ends the rounds
 LOADED = 1e-13  # of the largest impulse: less is no load
 
 
@@ -86,7 +87,8 @@ def take_out_normals(factors, count, N, c, T, slip, g, inside):
         advance(toward, stopped[j], factors.basis[j])
     for k in range(len(T)):
         g[k] = slip[k] - inner(T[k], toward)
-        split_row(factors, count, T[k], h, inside[k])
+        if split_row(factors, count, T[k], h, inside[k]) <= DEPENDENT * DEPENDENT * inner(T[k], T[k]):
+            g[k], inside[k, :] = 0.0, 0.0
 
 
 @jit
@@ -101,17 +103,20 @@ def rub_part(N, c, T, slip, friction, pressing, rubbing, d):
     take_out_normals(factors, count, N, c, T, slip, g, inside)
     pressed, radius = pressing.copy(), np.zeros(f)
     rubbing[:], d[:] = 0.0, 0.0
-    for _ in range(ROUNDS):
-        change = 0.0
+    for attempt in range(ROUNDS):
+        change, step = 0.0, 1.0 if attempt < FULL_ROUNDS else 0.5
         for i in range(f):
             wanted = friction[i] * max(pressing[i], 0.0)
             change = max(change, abs(wanted - radius[i]) / max(wanted, radius[i], 1e-300))
-            radius[i] = wanted
+            radius[i] += step * (wanted - radius[i])
         if change <= SETTLED:
             break
         descend(inside, g, radius, rubbing, d)
         press_again(N, factors, count, pressed, T, rubbing, pressing)
-    return -(inner(g, rubbing) + 0.5 * inner(d, d))
+    heat = -inner(slip, rubbing) - 0.5 * inner(d, d)
+    for i in range(f):
+        heat -= (pressing[i] - pressed[i]) * c[i]
+    return heat
 
 
 @jit
@@ -163,7 +168,7 @@ def rub(bodies, contacts, cluster, normal, friction, v, w, x, pressed, impulse, 
     for i in range(len(bounds)):
         loaded[i] = pressed[i] > least
     parts = parts_of(rows.link, loaded, len(x))
-    for p in range(parts.count):
+    for p in range(parts.total):
         chosen = parts.rows[parts.first_row[p] : parts.first_row[p + 1]].copy()
         members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         while len(chosen) > 0:

@@ -9,9 +9,9 @@
     displacements(bodies, contacts, count, equal, target, R, shift, turn, certificate) -> status
         the least move of the bodies that gives chosen contacts their change of gap
 
-Status: SOLVED; CAPPED, velocities are sound but reflections or steps ran out and the rest was taken plastically; JAMMED,
-contacts press on each other with no net push, so no elastic answer exists and energy was lost; BLOCKED, no motion
-satisfies the contacts marked in the certificate: nothing was changed.
+Status: SOLVED; CAPPED, velocities are sound but reflections or steps ran out and the rest was taken plastically;
+JAMMED, contacts press on each other with no net push, so no elastic answer exists and energy was lost; BLOCKED, no
+motion satisfies the contacts marked in the certificate: nothing was changed. Contacts that are held have no friction.
 
 A body that does not react, and what is locked or prescribed, moves as given. Members and rows are taken in the order of
 body rows and contacts: the same input gives the same bits. All arrays of bodies have n rows, world frame, SI.
@@ -121,7 +121,7 @@ def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, imp
 
 @jit
 def free_accelerations(bodies, cluster, force, torque, L, w):
-    """Unknowns (k,6) of acceleration under force, torque (n,3) alone; a body free to turn feels its gyroscopic moment."""
+    """Unknowns (k,6) of acceleration under force, torque (n,3) and the gyroscopic moment, without contacts."""
     y = np.zeros((len(cluster.members), 6))
     for j in range(len(cluster.members)):
         i = cluster.members[j]
@@ -165,7 +165,7 @@ def hold(bodies, contacts, count, bias, force, torque, R, L, w, acceleration, ch
 
 @jit
 def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impulse, certificate):
-    """Least change of motion that opens contacts at target (c,) [m/s] where equal (c,) bool, else at least so fast: status.
+    """Least change of motion: contacts open at target (c,) [m/s] where equal (c,) bool, else at least so fast: status.
 
     Changes v, L, w (n,3) unless BLOCKED. Writes certificate (c,) and impulse (c,) [N s] along the normal on b, negative
     where an equality pulls.

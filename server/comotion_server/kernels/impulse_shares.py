@@ -1,8 +1,8 @@
 """The shares of contacts in a push that several of them could give: the ones of least sum of squares.
 
-Where rows depend on each other (a box on four corners) the motion is unique and the multipliers are not. Those of least
-norm among lambda >= 0 with A^T lambda = push are unique, symmetric, and independent of the numbering of contacts. They are
-themselves the nearest point of a polyhedron to zero, so the same solver finds them.
+Where rows depend on each other (a box on four corners) the motion is unique and the multipliers are not. Those of
+least norm among lambda >= 0 with A^T lambda = push are unique, symmetric, and independent of the numbering of contacts.
+They are themselves the nearest point of a polyhedron to zero, so the same solver finds them.
 """
 
 import numpy as np

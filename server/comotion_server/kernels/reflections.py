@@ -2,7 +2,7 @@
 
 Smith, Kaufman, Vouga, Tamstorf, Grinspun (2012, "Reflections on simultaneous impact") reflect the velocities in the
 polyhedron of those contacts that approach, until none does. Here each reflection keeps only a part e of what it turns
-back, so that the law passes smoothly into plastic impact and equals the limit of impacts one after another as gaps vanish:
+back, so that the law passes smoothly into plastic impact, and is the limit of impacts one after another as gaps vanish:
 
     V = rows that approach;  y = P_V(x);  x <- y + e (y - x),   e = sum e_i l_i |c_i| / sum l_i |c_i|  over a part of V,
 
@@ -58,12 +58,12 @@ def turn_back(bounds, restitution, alike, parts, multiplier, speeds, y, x, impul
 
     Adds to impulse (c,) and the book; returns the least e that was used.
     """
-    energy, elastic, least = np.zeros(parts.count), np.zeros(parts.count), 1.0
+    energy, elastic, least = np.zeros(parts.total), np.zeros(parts.total), 1.0
     for i in parts.rows:
         share = -multiplier[i] * speeds[i]
         energy[parts.of_row[i]] += share
         elastic[parts.of_row[i]] += (restitution[i] if alike < 0.0 else alike) * share
-    for p in range(parts.count):
+    for p in range(parts.total):
         elastic[p] = min(max(elastic[p] / energy[p], 0.0), 1.0) if energy[p] > 0.0 else 0.0
         book[LOST] += 0.5 * (1.0 - elastic[p] ** 2) * energy[p]
         least = min(least, elastic[p])
