@@ -6,10 +6,17 @@ from math import inf
 import numpy as np
 
 from comotion_server.geometry.contact_time import near_distance
-from comotion_server.kernels.event_queue import PAIRS_FULL, begin_step, play, start
+from comotion_server.kernels.event_queue import begin_step, play, start
 from comotion_server.kernels.event_scene import LEFT, Rules, Scene, new_queue
-from comotion_server.kernels.flight import SPIN_FREE, SPIN_NONE, Bodies, Flights, angular_velocity_of, begin_all, fly_all
-from comotion_server.kernels.mesh_pair import closest_points_of_pairs
+from comotion_server.kernels.flight import (
+    SPIN_FREE,
+    SPIN_NONE,
+    Bodies,
+    Flights,
+    angular_velocity_of,
+    begin_all,
+    fly_all,
+)
 from comotion_server.kernels.solids import MESH, PLANE, Solids
 from comotion_server.meshes import TriangleMesh, mass_properties
 from comotion_server.meshes.mesh_store import MeshStore
@@ -38,7 +45,9 @@ def centred(mesh):
 class Play:
     """Bodies in a queue of their own, from their parts."""
 
-    def __init__(self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, pairs=None, law=0):
+    def __init__(
+        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, pairs=None, law=0, resting=False
+    ):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]
         store = MeshStore.build(meshes)
@@ -73,11 +82,15 @@ class Play:
             name: np.zeros((n, 3)) for name in ("position", "velocity", "acceleration", "momentum", "torque", "axis")
         }
         flights = Flights(
-            origin=np.zeros(n), rotation=np.zeros((n, 3, 3)), rate=np.zeros((n, 2)), kind=np.zeros(n, np.int64), **vectors
+            origin=np.zeros(n),
+            rotation=np.zeros((n, 3, 3)),
+            rate=np.zeros((n, 2)),
+            kind=np.zeros(n, np.int64),
+            **vectors,
         )
         self.scene = Scene(bodies, Solids(store.arrays, kind, shape, normal, radius, near), flights, x, v, R, L, w)
         self.rules = Rules(
-            np.zeros(n, np.int64), np.full((1, 1), restitution), np.zeros((1, 1)), law, angle, 0.0, False, False
+            np.zeros(n, np.int64), np.full((1, 1), restitution), np.zeros((1, 1)), law, angle, 0.0, resting, False
         )
         grain = np.full(n, 64 * np.spacing(max(np.abs(x).max(), size[np.isfinite(size)].max())))
         self.queue = new_queue(x, radius, tolerance * size, grain, pairs or 40 * n + 100, 4000, 200_000)
@@ -101,7 +114,7 @@ class Play:
     def play(self, until):
         """To the local time `until`; how it ended."""
         code = play(self.queue, self.scene, self.rules, until)
-        self.fly(self.queue.clock[0])
+        self.fly(self.queue.now[0])
         return code
 
     def step(self, dt):

@@ -1,7 +1,8 @@
 """Rule `exact`: every contact at its time, answered in clusters, and held where bodies rest (docs/event_queue.md).
 
-The compiled queue of events plays the flights of a world and answers impacts; it comes back where bodies come to rest
-(`islands`), where no motion satisfies the contacts, and at the end. Between steps it keeps what it knows of pairs.
+The compiled queue of events plays the flights of a world and answers impacts. It comes back here where it needs help:
+bodies come to rest on each other (`islands`), no motion satisfies the contacts, or the work of a step is used up.
+Between steps it keeps what it knows of pairs.
 """
 
 from typing import Any
@@ -10,15 +11,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.exact_scene import queue_of, rules_of, scene_of, solids_of
+from comotion_server.impact_records import impacts_of, soft_impacts_of
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
-from comotion_server.kernels.event_scene import HITS, LEFT, NOW, ROW, TIMER
-from comotion_server.kernels.impact_log import ROWS
-from comotion_server.results import Blocked, Books, Budget, CollisionRecord, Contact, Impact
-from comotion_server.scene import Problem, SceneError
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
+from comotion_server.kernels.flight import begin
+from comotion_server.queue_room import enlarged
+from comotion_server.results import Blocked, Books, Budget, CollisionRecord, Contact
+from comotion_server.starting_gaps import open_gaps
 from comotion_server.world import World
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+MORE = 100  # hits granted after bodies were frozen
+LASTING = ("heap", "cells", "pairs", "held", "now", "tally")  # of the queue: what a step hands on to the next
+
+
+class OverlapError(RuntimeError):
+    """Two bodies intersect, which rule `exact` never lets happen: they were put so."""
+
+    def __init__(self, body_a: str, body_b: str, time: float) -> None:
+        super().__init__(f'bodies "{body_a}" and "{body_b}" intersect at t = {time:.6g} s; expected a gap between them')
+
+
+def copied(arrays: Any) -> Any:
+    """The same arrays, tuples of them, and so on, as copies."""
+    if isinstance(arrays, np.ndarray):
+        return arrays.copy()
+    return type(arrays)(*(copied(part) for part in arrays))
 
 
 class ExactQueue:
@@ -26,36 +47,156 @@ class ExactQueue:
 
     def __init__(self, world: World) -> None:
         self.world, self.settings = world, world.scene.collisions
-        self.solids = solids_of(world.scene.bodies)
-        self.rules, self.scene = rules_of(world.scene), scene_of(world, self.solids)
+        self.solids = solids_of([body.shape for body in world.scene.bodies])
+        self._rules = self.rules = rules_of(world.scene)
+        self.scene = scene_of(world, self.solids)
         self.queue = queue_of(world, self.solids)
         while not events.start(self.queue, self.scene):
-            self.queue = enlarged(self.queue)
+            self.queue = enlarged(self.queue, events.PAIRS_FULL)
+        open_gaps(world, self.scene, self.queue)
         self.islands = Islands(self.scene, self.queue, self.rules)
-        self.elapsed = 0.0
-        self.blocked: list[Blocked] = []
+        self._elapsed = 0.0
+        self._frozen: list[int] = []
+        self._stopped: dict[int, tuple[Array, Array]] = {}
+        self._blocked: list[Blocked] = []
 
     def begin(self, start_time: float) -> None:
-        """Starts a step at `start_time` [s] with all bodies on new flights from local time 0."""
+        """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
-        self.blocked.clear()
-        events.begin_step(self.queue, self.scene, self.elapsed)
-        self.queue.tally[LEFT], self.queue.tally[HITS] = self.settings.budget, 0
+        self._blocked = []
+        events.begin_step(self.queue, self.scene, self._elapsed)
+        self.queue.tally[LEFT] = self._granted = self.settings.budget
+        self.rules = self.islands.rules = self._rules
+        self._elapsed = 0.0
+        self.islands.begin()
 
     def play(self, until: float) -> None:
-        """Moves all bodies to local time `until` [s]."""
-        self.islands.begin(until)
-        queue = self.queue
-        while True:
-            code = events.play(queue, self.scene, self.rules, until)
-            if code == events.DONE:
-                break
-            if code == events.REST:
-                self.islands.rest(queue.pairs.bodies[queue.tally[ROW]], queue.clock[NOW], until)
-            elif code == events.ISLAND:
-                self.islands.rest(queue.tally[TIMER : TIMER + 1], queue.clock[NOW], until)
-            else:
-                raise RuntimeError(f"code {code}")
+        """Moves all bodies to the local time `until` [s], from where the last call ended."""
+        if self._elapsed > 0.0:
+            for i in self.world.tables:  # on new flights since
+                events.take_off(self.queue, self.scene, i, self._elapsed)
+        while not self.islands.take_up(self._elapsed, until):
+            self._block(self._elapsed, self.islands.blocked)
+        code = -1
+        while code != events.DONE:
+            code = events.play(self.queue, self.scene, self.rules, until)
+            self._help(code, until)
         self.world.advance(until)
         self.islands.end(until)
-        self.elapsed = until
+        self._thaw()
+        self._elapsed = until
+
+    def _help(self, code: int, until: float) -> None:
+        """Does what the compiled queue came back for."""
+        queue, now = self.queue, float(self.queue.now[0])
+        if code in {events.REST, events.ISLAND}:
+            seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
+            while not self.islands.rest(seeds.copy(), now, until):
+                self._block(now, self.islands.blocked)
+        elif code == events.BLOCKED:
+            cluster = queue.cluster
+            count = cluster.size[CONTACTS]
+            self._block(now, np.unique(cluster.contacts.bodies[:count][cluster.report.certificate[:count]], axis=0))
+        elif code == events.SPENT:
+            self._spend(now)
+        elif code == events.STALLED:
+            self._freeze(queue.pairs.bodies[queue.tally[ROW]], now)
+        elif code in {events.LOG_FULL, events.PAIRS_FULL, events.CONTACTS_FULL}:
+            self._enlarge(code, now)
+        elif code == events.OVERLAPPING:
+            a, b = queue.pairs.bodies[queue.tally[ROW]]
+            raise OverlapError(self.world.names[a], self.world.names[b], self.start_time + now)
+
+    def _enlarge(self, code: int, now: float) -> None:
+        """More room; a body that could not get all its pairs gets them."""
+        self.queue = self.islands.queue = enlarged(self.queue, code)
+        body = int(self.queue.heap.item[0])
+        while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
+            self.queue = self.islands.queue = enlarged(self.queue, code)
+
+    # what cannot go on
+
+    def _block(self, now: float, pairs: Rows) -> None:
+        """Prescribed bodies that ask for the impossible stay where they are for the rest of the step (P15)."""
+        names, scene = self.world.names, self.scene
+        concerned = np.unique(pairs)
+        pushing = concerned[~scene.bodies.reacts[concerned] & (scene.v[concerned].any(1) | scene.w[concerned].any(1))]
+        bodies = pushing if len(pushing) else concerned
+        contacts = tuple((names[a], names[b]) for a, b in pairs.tolist())
+        self._blocked.append(Blocked(self.start_time + now, tuple(names[i] for i in bodies), contacts))
+        self._freeze(bodies, now)
+
+    def _spend(self, now: float) -> None:
+        """The work of a step is used up: the rest of it is taken with e = 0; then bodies stay where they are."""
+        if self.rules.restitution.any():
+            self.rules = self.islands.rules = self.rules._replace(restitution=np.zeros_like(self.rules.restitution))
+            self._grant(self.settings.budget)
+            return
+        cluster = self.queue.cluster
+        self._freeze(cluster.bodies[: cluster.size[BODIES]], now)
+        self._grant(MORE)
+
+    def _grant(self, more: int) -> None:
+        self.queue.tally[LEFT] += more
+        self._granted += more
+
+    def _freeze(self, bodies: Rows, now: float) -> None:
+        """Bodies stay where they are for the rest of the step; nothing moves them."""
+        scene = self.scene
+        self.islands.leave(bodies, now)
+        for i in bodies.tolist():
+            if scene.bodies.reacts[i]:
+                self._frozen.append(i)
+                scene.bodies.reacts[i] = False
+            else:
+                self._stopped.setdefault(i, (scene.v[i].copy(), scene.w[i].copy()))
+            for array in (scene.v, scene.L, scene.w, scene.flights.acceleration, scene.flights.torque):
+                array[i] = 0.0
+            begin(scene.flights, scene.bodies, i, now, scene.x[i], scene.v[i], scene.R[i], scene.L[i], scene.w[i])
+            events.take_off(self.queue, scene, i, now)
+
+    def _thaw(self) -> None:
+        """Frozen bodies are free again, and those that move as told have their velocities back."""
+        self.scene.bodies.reacts[self._frozen] = True
+        for i, (v, w) in self._stopped.items():
+            self.scene.v[i], self.scene.w[i] = v, w
+        self._frozen.clear()
+        self._stopped.clear()
+
+    # what is handed on
+
+    def record(self) -> CollisionRecord:
+        """What happened since `begin`."""
+        queue, rest, names = self.queue, self.islands.record, self.world.names
+        impacts = impacts_of(queue.log, self.settings, names, self.start_time)
+        impacts += soft_impacts_of(rest.soft, names, self.start_time)
+        impacts.sort(key=lambda impact: impact.time)
+        momentum, angular_momentum, energy = map(float, queue.log.books)
+        books = Books(momentum, angular_momentum, energy, len(impacts))
+        books.rest_energy, books.shift_work = rest.rest_energy, rest.shift_work
+        budget = Budget(self.settings.budget, int(self._granted - queue.tally[LEFT]), fallback=rest.fallback)
+        return CollisionRecord(tuple(impacts), self._contacts(), books, budget, tuple(self._blocked))
+
+    def _contacts(self) -> tuple[Contact, ...]:
+        """The impulses of each pair over the step, of impacts and of held contacts."""
+        pairs, held, names = self.queue.pairs, self.islands.record.held, self.world.names
+        rows = np.flatnonzero(pairs.hits)
+        hit = {tuple(pairs.bodies[k].tolist()): (pairs.impulse[k], int(pairs.hits[k])) for k in rows}
+        none = np.zeros(3)
+        found = []
+        for a, b in sorted(hit.keys() | held.keys()):
+            impulse, count = hit.get((a, b), (none, 0))
+            share = held.get((a, b), none)
+            found.append(Contact(names[a], names[b], impulse + share, count, share))
+        return tuple(found)
+
+    def checkpoint(self) -> Any:
+        """Everything that a step changes."""
+        return [copied(getattr(self.queue, name)) for name in LASTING], self.islands.checkpoint(), self._elapsed
+
+    def restore(self, kept: Any) -> None:
+        """Goes back to a checkpoint, which stays usable."""
+        lasting, islands, self._elapsed = kept
+        arrays = dict(zip(LASTING, map(copied, lasting), strict=True))
+        self.queue = self.islands.queue = self.queue._replace(**arrays)
+        self.islands.restore(islands)

@@ -1,9 +1,9 @@
 """A world as the event queue takes it: its shapes, its rules of impact, and room for what the queue remembers."""
 
+from collections.abc import Sequence
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
 from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
@@ -11,7 +11,7 @@ from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
 from comotion_server.kernels.solids import MESH, PLANE, Solids
 from comotion_server.meshes import TriangleMesh
 from comotion_server.meshes.mesh_store import MeshStore
-from comotion_server.scene import Body
+from comotion_server.scene import Plane
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
 
@@ -20,20 +20,20 @@ CONTACT_ROOM = 4096  # contact points of one cluster to begin with
 LOG_ROOM = 4096  # contact points of impacts
 
 
-def solids_of(bodies: tuple[Body, ...]) -> Solids:
+def solids_of(shapes: Sequence[TriangleMesh | Plane]) -> Solids:
     """The shapes of all bodies."""
-    count = len(bodies)
-    meshes = [body.shape for body in bodies if isinstance(body.shape, TriangleMesh)]
+    count = len(shapes)
+    meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
     store = MeshStore.build(meshes)
-    shapes = iter(store.shape_of_mesh)
-    kind, shape, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
+    numbers = iter(store.shape_of_mesh)
+    kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
-    for i, body in enumerate(bodies):
-        if isinstance(body.shape, TriangleMesh):
-            shape[i], radius[i], near[i] = next(shapes), 0.5 * body.shape.size, near_distance(body.shape)
+    for i, shape in enumerate(shapes):
+        if isinstance(shape, TriangleMesh):
+            number[i], radius[i], near[i] = next(numbers), 0.5 * shape.size, near_distance(shape)
         else:
-            kind[i], normal[i] = PLANE, body.shape.normal
-    return Solids(store.arrays, kind, shape, normal, radius, near)
+            kind[i], normal[i] = PLANE, shape.normal
+    return Solids(store.arrays, kind, number, normal, radius, near)
 
 
 def rules_of(scene: SceneModel) -> Rules:
@@ -68,7 +68,7 @@ def queue_of(world: World, solids: Solids) -> Queue:
     finite = np.isfinite(solids.radius)
     extent = np.abs(world.state.position[finite]).max(axis=1, initial=0.0) + solids.radius[finite]
     grain = np.full(world.body_count, ROUNDINGS * np.spacing(max(extent, default=1.0)))
-    return new_queue(
+    queue: Queue = new_queue(
         world.state.position,
         solids.radius,
         world.scene.collisions.tolerance * 2.0 * solids.radius,
@@ -77,3 +77,4 @@ def queue_of(world: World, solids: Solids) -> Queue:
         CONTACT_ROOM,
         LOG_ROOM,
     )
+    return queue

@@ -30,16 +30,15 @@ class Island:
     members: Rows  # (k,) reacting bodies, ascending
     touched: Rows  # they and all they touch
     contacts: Contacts  # (c,) at the beginning
-    course: Course
+    course: Course | None  # None: by time-stepping, at constant velocities
     begin: float  # local time [s]
     end: float
+    push: Array  # (c,3) of a body asleep or of time-stepping: impulse per second on b [N]
     asleep: bool = False
 
     def weights(self, time: float) -> Array:
         """What each stage (4,) counts for the velocities gained until `time` [s]: dense output of third order."""
         passed = time - self.begin
-        if self.asleep:
-            return np.array([passed, 0.0, 0.0, 0.0])
         h = self.end - self.begin
         s = passed / h
         middle = h * s * s * (1.0 - s * (2.0 / 3.0))
@@ -48,9 +47,14 @@ class Island:
 
     def gains(self, time: float) -> tuple[Array, Array]:
         """What velocities and angular momenta (k,3) lack on the flight at `time` [s]."""
+        if self.course is None or self.asleep:
+            return np.zeros((len(self.members), 3)), np.zeros((len(self.members), 3))
         weights = self.weights(time) - (time - self.begin) * np.array([1.0, 1.0, 1.0, 0.0]) / 3.0
         return np.tensordot(weights, self.course.acceleration, 1), np.tensordot(weights, self.course.torque, 1)
 
     def impulses(self, time: float) -> Array:
         """Impulse (c,3) of each contact on its body b until `time` [N s]."""
-        return np.einsum("s,sc,sci->ci", self.weights(time), self.course.force, self.course.normal)
+        if self.course is None or self.asleep:
+            return (time - self.begin) * self.push
+        impulses: Array = np.einsum("s,sc,sci->ci", self.weights(time), self.course.force, self.course.normal)
+        return impulses

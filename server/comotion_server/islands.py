@@ -11,6 +11,8 @@ contacts are found afresh from the geometry, and
 An island whose bodies all stand still sleeps: nothing is done until a force on it changes or somebody comes.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,7 @@ from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_cluster import gather_about
 from comotion_server.kernels.event_queue import set_timer, take_off
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS, Queue, Rules, Scene
+from comotion_server.kernels.flight import fly_rows
 from comotion_server.kernels.held_contacts import (
     begin_rows,
     contacts_of_pairs,
@@ -30,7 +33,15 @@ from comotion_server.kernels.held_contacts import (
     opening_speeds,
 )
 from comotion_server.kernels.held_flight import STAGES, Course, correct, evaluate, new_course, straying, try_flight
-from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
+from comotion_server.kernels.impact_cluster import (
+    BLOCKED,
+    SOLVED,
+    TOGETHER,
+    collide,
+    displacements,
+    new_report,
+    settle_velocities,
+)
 from comotion_server.touching import ROUNDING, Judgement, Pair, RestRecord, SoftImpact, Touching
 
 Array = NDArray[np.float64]
@@ -48,6 +59,8 @@ PARTED = 1e-3  # of the speed of a hop as high as delta: how fast a contact may 
 STEADY = 1e-12  # of the free acceleration: what is left of less counts as none
 STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand still
 EXCURSION = 4.0  # deltas: a contact that came back from no farther off does not bounce again
+STRIDES = 5  # of time-stepping in a step; its error is of first order
+MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
 PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
 
 
@@ -59,9 +72,13 @@ class Islands:
         count = len(scene.x)
         self.all: list[Island] = []
         self.record = RestRecord()
+        self.blocked = np.empty((0, 2), dtype=np.int64)  # pairs of bodies whose contacts exclude each other
         self._trial = tuple(array.copy() for array in self.state)
         self._room = np.zeros((count, 3)), np.zeros((count, 3))
         self._acceleration, self._torque, self._force = (np.zeros((count, 3)) for _ in range(3))
+        self._stepping = np.zeros(count, dtype=np.bool_)  # whose island has used up its work of the step
+        self._work_done = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest in the step
+        self._stride = np.inf  # of time-stepping [s]
         self._work = new_patch_work()
 
     @property
@@ -72,45 +89,74 @@ class Islands:
 
     # a step
 
-    def begin(self, until: float) -> None:
-        """All bodies have begun the free flights of a step that ends at the local time `until` [s]."""
+    def begin(self) -> None:
+        """All bodies have begun the free flights of a step at local time 0."""
         flights, ease = self.scene.flights, self.scene.bodies.inverse_mass
         force = np.divide(flights.acceleration, ease, out=np.zeros_like(ease), where=ease > 0.0)
-        unchanged = (force == self._force).all(axis=1) & (flights.torque == self._torque).all(axis=1)
+        changed = (force != self._force).any(axis=1) | (flights.torque != self._torque).any(axis=1)
         self._force, self._torque, self._acceleration = force, flights.torque.copy(), flights.acceleration.copy()
         self.record = RestRecord()
+        self._stepping[:], self._work_done[:] = False, 0
+        for island in self.all:
+            island.begin = 0.0
+            island.asleep &= not changed[island.members].any()
+
+    def take_up(self, time: float, until: float) -> bool:
+        """All islands go on from a local time, to `until` [s] at most: whether motion is possible, as in `rest`."""
+        self._stride = (until - time) / STRIDES
         for island in list(self.all):
-            if island.asleep and unchanged[island.members].all():
-                self._stand_still(island, 0.0)
-            elif island in self.all:
-                self.rest(island.members, 0.0, until)
+            if island.asleep and self._others_stand(island):
+                self._stand_still(island, time)
+            elif island in self.all and not self.rest(island.members, time, until):
+                return False
+        return True
 
     def end(self, time: float) -> None:
         """All bodies have flown to the end of the step: what the islands' velocities lack is added."""
         for island in self.all:
             self._complete(island, time)
 
-    def rest(self, seeds: Rows, time: float, until: float) -> int:
-        """Lets `seeds` and all they touch at a local time come to rest on each other, or part: the law's status.
+    def rest(self, seeds: Rows, time: float, until: float) -> bool:
+        """Lets `seeds` and all they touch at a local time come to rest on each other, or part.
 
-        No flight goes beyond `until` [s].
+        No flight goes beyond `until` [s]. False where no motion satisfies the contacts of `blocked`: all these bodies
+        are then on free flights.
         """
-        touching, status = self._gather(seeds, time), SOLVED
-        found = self._judge(touching, time)
-        for _ in range(PASSES):
+        touching = self._gather(seeds, time)
+        self._work_done[touching.members] += 1
+        self._stepping[touching.members] |= bool((self._work_done[touching.members] > MOST_RESTS).any())
+        plastic = bool(self._stepping[touching.members].any())
+        found = self._judge(touching, time, plastic=plastic)
+        for turn in range(PASSES):
             if found.hard.any():
-                status = self._bounce(touching, found, time)
+                possible = self._bounce(touching, found)
             elif found.closing.any() or found.stick.any():
-                status = self._close(touching, found, time)
+                possible = self._close(touching, found, time)
             else:
                 break
-            if status == BLOCKED:
-                return status
-            found = self._judge(touching, time)
+            if not possible:
+                return False
+            found = self._judge(touching, time, plastic=plastic or turn >= PASSES // 2)
         held = touching.of(found.inside)
         self._put_back(touching, found)
-        self._take_off(held, found.force[found.inside], time, until)
-        return status
+        return self._take_off(held, found.force[found.inside], time, until)
+
+    def leave(self, bodies: Rows, time: float) -> None:
+        """Islands of these bodies end; their bodies are on free flights from `time` [s] on."""
+        for island in [island for island in self.all if np.isin(island.members, bodies).any()]:
+            self._land(island, time)
+            for i in island.members:
+                take_off(self.queue, self.scene, i, time)
+        fly_rows(bodies, self.scene.flights, self.scene.bodies, time, *self.state)
+
+    def checkpoint(self) -> tuple[list[Island], Array, Array]:
+        """What a step hands on to the next."""
+        return [replace(island) for island in self.all], self._force, self._torque
+
+    def restore(self, kept: tuple[list[Island], Array, Array]) -> None:
+        """Goes back to a checkpoint, which stays usable."""
+        islands, self._force, self._torque = kept
+        self.all = [replace(island) for island in islands]
 
     # where bodies are, and which touch
 
@@ -127,15 +173,9 @@ class Islands:
         self.queue.held[island.members] = False
         set_timer(self.queue, island.members[0], np.inf)
         if island.begin < time:
-            self.scene_to(time, island.members)
+            fly_rows(island.members, self.scene.flights, self.scene.bodies, time, *self.state)
             self._complete(island, time)
         self._begin(island.members, self._acceleration, self._torque, time)
-
-    def scene_to(self, time: float, rows: Rows) -> None:
-        """Flies some bodies to a local time."""
-        from comotion_server.kernels.flight import fly_rows
-
-        fly_rows(rows, self.scene.flights, self.scene.bodies, time, *self.state)
 
     def _begin(self, rows: Rows, acceleration: Array, torque: Array, time: float) -> None:
         begin_rows(self.scene.flights, self.scene.bodies, rows, acceleration, torque, time, self.state)
@@ -174,13 +214,14 @@ class Islands:
             rows[of],
             reach[of],
             rules.restitution[a, b] == 1.0,
+            rules.friction[a, b],
             np.array([(i, j) in known for i, j in contacts.bodies[:count].tolist()], dtype=np.bool_),
         )
 
     # what becomes of the contacts
 
-    def _judge(self, touching: Touching, time: float) -> Judgement:
-        """Which contacts close, stay and part at the present velocities."""
+    def _judge(self, touching: Touching, time: float, *, plastic: bool) -> Judgement:
+        """Which contacts close, stay and part at the present velocities; where all is `plastic`, none bounces."""
         queue, count = self.queue, touching.count
         speed, scale, ease = np.empty(count), np.empty(count), np.empty(count)
         opening_speeds(self.scene.solids, touching.contacts, count, self.state, speed, scale)
@@ -201,7 +242,7 @@ class Islands:
         back = (time - queue.pairs.hit_time[touching.pair]) * queue.pairs.hit_speed[touching.pair]
         low = resting & (-speed <= np.sqrt(2.0 * pressing * touching.delta))
         collapsed = bool((back[closing] <= EXCURSION * touching.delta[closing]).all())
-        bounces = closing & ~low & (not collapsed)
+        bounces = closing & ~low & (not (collapsed or plastic))
         hard = closing & (touching.totals(bounces.astype(np.float64)) > 0.0)
         stick = inside & (force > 0.0) & (speed > none)
         return Judgement(speed, pressing, force, inside, closing, hard, stick)
@@ -210,7 +251,8 @@ class Islands:
         """What would hold each contact (c,) [N]."""
         course, count = new_course(len(touching.members), touching.count), touching.count
         self._evaluate(touching.copy(), count, touching.members, course)
-        return course.force[0]
+        force: Array = course.force[0]
+        return force
 
     def _evaluate(self, contacts: Contacts, count: int, members: Rows, course: Course) -> int:
         scene, certificate = self.scene, np.zeros(count, dtype=np.bool_)
@@ -222,7 +264,7 @@ class Islands:
             )
         )  # fmt: skip
 
-    def _bounce(self, touching: Touching, found: Judgement, time: float) -> int:
+    def _bounce(self, touching: Touching, found: Judgement) -> bool:
         """An impact of the whole cluster; pairs whose contacts close softly take it with e = 0."""
         queue, scene = self.queue, self.scene
         cluster = queue.cluster
@@ -230,9 +272,16 @@ class Islands:
         soft = np.setdiff1d(touching.pair[found.closing], touching.pair[found.hard])
         count = cluster.size[CONTACTS]
         cluster.restitution[:count][np.isin(cluster.pair[:count], soft)] = 0.0
-        return int(answer(queue, scene, self.rules))
+        status = answer(queue, scene, self.rules)
+        return self._possible(status, cluster.contacts.bodies[:count], cluster.report.certificate[:count])
 
-    def _close(self, touching: Touching, found: Judgement, time: float) -> int:
+    def _possible(self, status: int, pairs: Rows, certificate: Mask) -> bool:
+        """Whether there is a motion; otherwise the pairs whose contacts exclude each other are noted."""
+        if status == BLOCKED:
+            self.blocked = np.unique(pairs[certificate], axis=0)
+        return status != BLOCKED
+
+    def _close(self, touching: Touching, found: Judgement, time: float) -> bool:
         """Contacts that close, stop; contacts that stick, are closed."""
         scene, pairs, count = self.scene, self.queue.pairs, touching.count
         impulse, certificate = np.zeros(count), np.zeros(count, dtype=np.bool_)
@@ -240,8 +289,8 @@ class Islands:
         before = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
         parts = (scene.bodies, touching.contacts, count, found.stick, np.zeros(count))
         status = settle_velocities(*parts, *motion, impulse, certificate)
-        if status == BLOCKED:
-            return int(status)
+        if not self._possible(status, touching.contacts.bodies, certificate):
+            return False
         after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
         self.record.rest_energy += before - after
         contacts = touching.contacts
@@ -253,7 +302,7 @@ class Islands:
             point = scene.x[b] + contacts.arm_b[i]
             soft = SoftImpact(time, (a, b), point, contacts.normal[i].copy(), float(impulse[i]), -float(found.speed[i]))
             self.record.soft.append(soft)
-        return int(status)
+        return True
 
     def _put_back(self, touching: Touching, found: Judgement) -> None:
         """Moves bodies so that loaded contacts are in the middle of delta; all others keep a gap."""
@@ -268,12 +317,13 @@ class Islands:
         if displacements(*parts, shift, turn, certificate) == SOLVED:
             move(scene.bodies, touching.members, 1.0, shift, turn, self.state)
             rows = touching.members
-            self.record.shift_work += float((self._force[rows] * shift[rows]).sum() + (self._torque[rows] * turn[rows]).sum())
+            work = (self._force[rows] * shift[rows]).sum() + (self._torque[rows] * turn[rows]).sum()
+            self.record.shift_work += float(work)
 
     # the next flights
 
-    def _take_off(self, held: Touching, force: Array, time: float, until: float) -> None:
-        """New flights for all: islands where contacts are loaded, free bodies elsewhere."""
+    def _take_off(self, held: Touching, force: Array, time: float, until: float) -> bool:
+        """New flights for all: islands where contacts are loaded, free bodies elsewhere; whether that is possible."""
         members = held.members
         of_body = _parts(held.contacts.bodies, members)
         loaded = {of_body[i] for i in held.contacts.bodies[force > 0.0].ravel().tolist() if i in of_body}
@@ -281,14 +331,17 @@ class Islands:
         self._begin(free, self._acceleration, self._torque, time)
         for part in sorted(loaded):
             rows = np.array([i for i in members.tolist() if of_body[i] == part])
-            contacts = held.of(np.isin(held.contacts.bodies, rows).any(axis=1))
+            contacts = held.of(np.asarray(np.isin(held.contacts.bodies, rows).any(axis=1)))
             contacts.members = rows
-            self._fly(contacts, time, until)
+            steps = contacts.friction.any() or self._stepping[rows].any()
+            if not (self._step if steps else self._fly)(contacts, time, until):
+                return False
         for i in members:
             take_off(self.queue, self.scene, i, time)
+        return True
 
-    def _fly(self, touching: Touching, time: float, until: float) -> None:
-        """One island takes off on a flight as long as it is true."""
+    def _fly(self, touching: Touching, time: float, until: float) -> bool:
+        """One island takes off on a flight as long as it is true; whether that is possible."""
         scene, count, members = self.scene, touching.count, touching.members
         bodies = touching.bodies
         spin = float(np.linalg.norm(scene.w[bodies], axis=1).max())
@@ -300,6 +353,9 @@ class Islands:
                 scene.solids, scene.flights, scene.bodies, contacts, count, members, bodies, free, time, h,
                 self.state, self._trial, course, certificate, self._room,
             )  # fmt: skip
+            if not self._possible(status, contacts.bodies, certificate):
+                self._begin(members, self._acceleration, self._torque, time)
+                return False
             stray = straying(scene.bodies, contacts, count, members, course, h, scene.R)
             limit = STRAY * float(touching.delta.min())
             if stray > limit:
@@ -309,16 +365,52 @@ class Islands:
             if part >= 1.0 or part * h < SHORTEST * first:
                 break
             h *= part
-        island = Island(members, bodies, touching.contacts, course, time, time + h)
+        push = course.force[0][:, None] * course.normal[0]
+        island = Island(members, bodies, touching.contacts, course, time, time + h, push)
+        self._add(island, until, asleep=self._is_still(island, course, touching))
+        return True
+
+    def _add(self, island: Island, until: float, *, asleep: bool) -> None:
+        """A new island, whose bodies are on its flights; or asleep."""
         self.all.append(island)
-        self.queue.held[members] = True
-        if self._is_still(island, touching):
+        self.queue.held[island.members] = True
+        if asleep:
             island.asleep = True
-            for array in (scene.v, scene.L, scene.w):
-                array[members] = 0.0
-            self._stand_still(island, time)
-        elif time + h < until:
-            set_timer(self.queue, members[0], time + h)
+            for array in (self.scene.v, self.scene.L, self.scene.w):
+                array[island.members] = 0.0
+            self._stand_still(island, island.begin)
+        elif island.end < until:
+            set_timer(self.queue, island.members[0], island.end)
+
+    def _step(self, touching: Touching, time: float, until: float) -> bool:
+        """One island takes a step of first order at constant velocities: forces first, then contacts with e = 0.
+
+        (Moreau 1988; Jean 1999.) With friction, and where the work of a step is used up.
+        """
+        scene, members, count = self.scene, touching.members, touching.count
+        h = min(until - time, self._stride)
+        ease = scene.bodies.inverse_mass[members]
+        before = tuple(array[members].copy() for array in (scene.v, scene.L, scene.w))
+        scene.v[members] += h * ease * self._force[members]
+        scene.L[members] += h * self._torque[members]
+        correct(scene.bodies, members, (np.zeros((len(members), 3)), np.zeros((len(members), 3))), self.state)
+        impulse, report = np.zeros((count, 3)), new_report(count)
+        parts = (scene.bodies, touching.contacts, count, np.zeros(count), touching.friction, TOGETHER)
+        status = collide(*parts, scene.v, scene.R, scene.L, scene.w, impulse, report)
+        if not self._possible(status, touching.contacts.bodies, report.certificate[:count]):
+            for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):
+                array[members] = values
+            return False
+        nothing = np.zeros_like(self._force)
+        self._begin(members, nothing, nothing, time)
+        island = Island(members, touching.bodies, touching.contacts, None, time, time + h, impulse / h)
+        self.record.fallback += h * len(members)
+        turning = scene.solids.radius[members] * np.linalg.norm(scene.w[members], axis=1)
+        speed = np.linalg.norm(scene.v[members], axis=1) + turning
+        pull = float(np.linalg.norm(self._acceleration[members], axis=1).max())
+        slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
+        self._add(island, until, asleep=bool((speed <= slow).all()) and self._others_stand(island))
+        return True
 
     def _parting(self, touching: Touching, course: Course) -> float:
         """The part of a sub-step after which the first contact parts or slides off; 1 or more: none does."""
@@ -339,18 +431,23 @@ class Islands:
             part = min(part, float(np.clip(at, 0.05, 0.95).min()))
         return part
 
-    def _is_still(self, island: Island, touching: Touching) -> bool:
+    def _is_still(self, island: Island, course: Course, touching: Touching) -> bool:
         """Whether nothing moves, and no force moves it."""
-        scene, rows, course = self.scene, island.members, island.course
+        scene, rows = self.scene, island.members
         pull = float(np.linalg.norm(self._acceleration[rows], axis=1).max())
         slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))
-        speed = np.linalg.norm(scene.v[rows], axis=1) + scene.solids.radius[rows] * np.linalg.norm(scene.w[rows], axis=1)
-        others = np.setdiff1d(island.touched, rows)
-        if (speed > slow).any() or scene.v[others].any() or scene.w[others].any():
+        turning = scene.solids.radius[rows] * np.linalg.norm(scene.w[rows], axis=1)
+        if (np.linalg.norm(scene.v[rows], axis=1) + turning > slow).any() or not self._others_stand(island):
             return False
-        weight = pull / scene.bodies.inverse_mass[rows].max(axis=1) * scene.solids.radius[rows]
+        lightness = np.maximum(scene.bodies.inverse_mass[rows].max(axis=1), 1e-300)
+        weight = pull / lightness * scene.solids.radius[rows]
         acceleration, torque = (np.linalg.norm(k[0], axis=1) for k in (course.acceleration, course.torque))
         return bool((acceleration <= STEADY * pull).all() and (torque <= STEADY * weight).all())
+
+    def _others_stand(self, island: Island) -> bool:
+        """Whether what an island stands on does not move."""
+        others = np.setdiff1d(island.touched, island.members)
+        return not (self.scene.v[others].any() or self.scene.w[others].any())
 
     def _stand_still(self, island: Island, time: float) -> None:
         """The bodies of a sleeping island stay where they are, held by the same forces."""

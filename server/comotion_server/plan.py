@@ -6,11 +6,16 @@ not exist. The loop in `simulation` runs what is there and asks nothing.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from comotion_server.forces import Wrenches
 from comotion_server.results import CollisionRecord
 from comotion_server.scene import Body, Fixed, Free, Prescribed, Scene
 from comotion_server.world import World
+
+if TYPE_CHECKING:
+    from comotion_server.collision_queue import CollisionQueue
+    from comotion_server.exact_queue import ExactQueue
 
 
 @dataclass(slots=True)
@@ -109,10 +114,18 @@ def _decide_collisions(scene: Scene) -> Decision:
     return Decision(kept=True, reason=f'{_plural(pairs, "pair", "pairs")} may collide; rule "{rule}"')
 
 
-def _build_collisions(world: World) -> Action:
+def _queue_of(world: World) -> "CollisionQueue | ExactQueue":
+    if world.scene.collisions.rule == "exact":
+        from comotion_server.exact_queue import ExactQueue
+
+        return ExactQueue(world)
     from comotion_server.collision_queue import CollisionQueue
 
-    queue = CollisionQueue(world)
+    return CollisionQueue(world)
+
+
+def _build_collisions(world: World) -> Action:
+    queue = _queue_of(world)
     world.memories.append(queue)
 
     def collide(step: Step) -> None:
@@ -128,8 +141,11 @@ def _build_collisions(world: World) -> Action:
 def _decide_parallel(scene: Scene) -> Decision:
     if not _decide_collisions(scene).kept:
         return Decision(kept=False, reason="nothing collides")
-    if scene.collisions.parallel == "off":
+    kind = scene.collisions.parallel
+    if kind == "off":
         return Decision(kept=False, reason='parallel = "off"')
+    if kind == "patch":
+        return Decision(kept=True, reason="level faces and edges touch as a whole")
     return Decision(kept=True, reason="near-parallel contacts push without turning (P12)")
 
 

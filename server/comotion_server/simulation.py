@@ -115,7 +115,10 @@ class Simulation:
             raise StepInputError(f"dt = {dt} with these forces: the motion leaves the range of numbers")
         self._clock, self._sent = self._clock.after(dt), None
         done = step.collisions
-        return StepResult(self.time, dt, "ok", sums, done.impacts, done.contacts, done.books, done.budget)
+        status = "blocked" if done.blocked else "ok"
+        return StepResult(
+            self.time, dt, status, sums, done.impacts, done.contacts, done.books, done.budget, done.blocked
+        )
 
     def vertices(self, region: str) -> Array:
         """World positions [m] of a region's vertices now, shape (n,3)."""

@@ -24,6 +24,7 @@ class Touching:
     pair: Rows  # (c,) rows of the queue's pairs
     delta: Array  # (c,) gap up to which bodies touch [m]
     elastic: Mask  # (c,) restitution 1: never brought to rest
+    friction: Array  # (c,) coefficients
     known: Mask  # (c,) of pairs that were held already
 
     @property
@@ -39,7 +40,15 @@ class Touching:
     def of(self, rows: Mask) -> "Touching":
         """Some of the contacts."""
         contacts = Contacts(*(np.ascontiguousarray(column[rows]) for column in self.contacts))
-        return Touching(self.members, contacts, self.pair[rows], self.delta[rows], self.elastic[rows], self.known[rows])
+        return Touching(
+            self.members,
+            contacts,
+            self.pair[rows],
+            self.delta[rows],
+            self.elastic[rows],
+            self.friction[rows],
+            self.known[rows],
+        )
 
     def copy(self) -> Contacts:
         """The contacts, to be moved on."""
@@ -48,8 +57,8 @@ class Touching:
     def totals(self, values: Array) -> Array:
         """The sum over all contacts of the same pair, for each contact (c,)."""
         _, where = np.unique(self.pair, return_inverse=True)
-        sums: Array = np.bincount(where, weights=values, minlength=1)[where] if len(values) else values
-        return sums
+        sums: Array = np.bincount(where, weights=values, minlength=1).astype(np.float64)
+        return sums[where]
 
 
 @dataclass(slots=True)

@@ -172,11 +172,11 @@ def _compile_bodies(scene: Scene) -> Bodies:
             inverse_mass[i, free] = 1.0 / body.mass
             gravity[i, free] = scene.gravity[free]
         if mobility.spin >= SPIN_FREE:
-            moments[i], principal[i] = _principal_axes(body.inertia)
+            moments[i], principal[i] = principal_axes(body.inertia)
     return Bodies(moments, principal, spin, inverse_mass, gravity, reacts)
 
 
-def _principal_axes(inertia: Array) -> tuple[Array, Array]:
+def principal_axes(inertia: Array) -> tuple[Array, Array]:
     """Ascending principal moments (3,) and right-handed axes as columns (3,3) of an inertia tensor (3,3)."""
     moments, axes = np.linalg.eigh(inertia)
     if np.linalg.det(axes) < 0.0:

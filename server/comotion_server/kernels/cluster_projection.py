@@ -3,7 +3,7 @@
 import numpy as np
 
 from comotion_server.kernels.cluster_parts import parts_of
-from comotion_server.kernels.cluster_rows import NOT_REACTING, along_row
+from comotion_server.kernels.cluster_rows import NOT_REACTING, add_row, along_row
 from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED, project, terms_of
 from comotion_server.kernels.impulse_shares import share_push
 from comotion_server.kernels.jit import jit
@@ -13,69 +13,77 @@ TIGHT = 1e-11  # of a row's terms: an opening speed that counts as none, so that
 
 
 @jit
-def part_matrix(rows, part_rows, place, count):
-    """The dense rows (m, 6 count) of one part; place (k,): where a member stands in it."""
-    A = np.zeros((len(part_rows), 6 * count))
+def part_matrix(rows, part_rows, place, A):
+    """Writes the dense rows A (m, 6 count) of one part; place (k,): where a member stands in it."""
+    A[:] = 0.0
     for r in range(len(part_rows)):
         for side in range(2):
             j = rows.link[part_rows[r], side]
             if j != NOT_REACTING:
                 for k in range(6):
                     A[r, 6 * place[j] + k] += rows.part[part_rows[r], side, k]
-    return A
 
 
 @jit
-def project_row(rows, bounds, i, x, y, multiplier):
-    """The part of a single row, in closed form: status."""
-    speed = along_row(rows, i, x) - bounds[i]
-    if speed >= 0.0:
-        return SOLVED
+def project_row(rows, bounds, i, y, multiplier):
+    """The part of a single row, in closed form: status. Twice: rounding of the row's norm must not add up."""
     if rows.size[i] == 0.0:
-        return BLOCKED
-    multiplier[i] = -speed / rows.size[i] ** 2
-    for side in range(2):
-        j = rows.link[i, side]
-        if j != NOT_REACTING:
-            for k in range(6):
-                y[j, k] += multiplier[i] * rows.part[i, side, k]
+        return SOLVED if bounds[i] <= 0.0 else BLOCKED
+    for _ in range(2):
+        speed = along_row(rows, i, y) - bounds[i]
+        if speed >= 0.0 and multiplier[i] == 0.0:
+            return SOLVED
+        step = -speed / rows.size[i] ** 2
+        multiplier[i] += step
+        add_row(rows, i, step, y)
     return SOLVED
 
 
 @jit
-def share_tight(A, b, equal, y, push, multiplier):
+def share_tight(A, b, equal, start, end, multiplier):
     """Makes the multipliers unique where more rows are tight than carry a load."""
-    reach = np.abs(y)
-    tight = np.zeros(len(b), np.bool_)
-    loaded = 0
-    for i in range(len(b)):
-        tight[i] = equal[i] or abs(inner(A[i], y) - b[i]) <= TIGHT * terms_of(A[i], reach + np.abs(push), b[i])
-        if multiplier[i] != 0.0:
-            tight[i] = True
-            loaded += 1
-    if loaded == 0 or loaded == tight.sum():
+    m, n = A.shape
+    tight, count, loaded = np.empty(m, np.int64), 0, 0
+    reach, push = np.empty(n), np.empty(n)
+    for k in range(n):
+        push[k] = end[k] - start[k]
+        reach[k] = abs(end[k]) + abs(push[k])
+    for i in range(m):
+        loaded += multiplier[i] != 0.0
+        if multiplier[i] != 0.0 or equal[i] or abs(inner(A[i], end) - b[i]) <= TIGHT * terms_of(A[i], reach, b[i]):
+            tight[count] = i
+            count += 1
+    if loaded == 0 or loaded == count:
         return
-    chosen = np.flatnonzero(tight)
-    shares = multiplier[chosen]
-    share_push(A[chosen], push, ~equal[chosen], shares)
-    multiplier[chosen] = shares
+    chosen, shares, one_sided = np.empty((count, n)), np.empty(count), np.empty(count, np.bool_)
+    for r in range(count):
+        chosen[r], shares[r], one_sided[r] = A[tight[r]], multiplier[tight[r]], not equal[tight[r]]
+    share_push(chosen, push, one_sided, shares)
+    for r in range(count):
+        multiplier[tight[r]] = shares[r]
 
 
 @jit
 def project_part(rows, bounds, equal, weak, part_rows, part_members, place, x, y, multiplier, certificate):
     """The projection of one part: status."""
-    A = part_matrix(rows, part_rows, place, len(part_members))
-    b, fixed = bounds[part_rows], equal[part_rows]
-    start = x[part_members].reshape(A.shape[1])
-    end, forces, mark = np.empty(A.shape[1]), np.empty(len(b)), np.zeros(len(b), np.bool_)
-    status = project(A, b, fixed, weak, start, end, forces, mark)
-    if status == BLOCKED:
-        certificate[part_rows] = mark
-        return status
-    share_tight(A, b, fixed, end, end - start, forces)
-    multiplier[part_rows] = forces
+    m, n = len(part_rows), 6 * len(part_members)
+    A, b, start, end, forces = np.empty((m, n)), np.empty(m), np.empty(n), np.empty(n), np.empty(m)
+    fixed, mark = np.empty(m, np.bool_), np.zeros(m, np.bool_)
     for j in range(len(part_members)):
-        y[part_members[j]] = end[6 * j : 6 * j + 6]
+        place[part_members[j]] = j
+        for k in range(6):
+            start[6 * j + k] = x[part_members[j], k]
+    part_matrix(rows, part_rows, place, A)
+    for r in range(m):
+        b[r], fixed[r] = bounds[part_rows[r]], equal[part_rows[r]]
+    status = project(A, b, fixed, weak, start, end, forces, mark)
+    if status != BLOCKED:
+        share_tight(A, b, fixed, start, end, forces)
+    for r in range(m):
+        certificate[part_rows[r]], multiplier[part_rows[r]] = mark[r], forces[r]
+    for j in range(len(part_members)):
+        for k in range(6):
+            y[part_members[j], k] = end[6 * j + k]
     return status
 
 
@@ -93,11 +101,9 @@ def project_cluster(rows, bounds, chosen, equal, weak, x, y, multiplier, certifi
         part_rows = parts.rows[parts.first_row[p] : parts.first_row[p + 1]]
         part_members = parts.members[parts.first_member[p] : parts.first_member[p + 1]]
         if len(part_rows) == 1 and not equal[part_rows[0]]:
-            status = project_row(rows, bounds, part_rows[0], x, y, multiplier)
+            status = project_row(rows, bounds, part_rows[0], y, multiplier)
             certificate[part_rows[0]] |= status == BLOCKED
         else:
-            for j in range(len(part_members)):
-                place[part_members[j]] = j
             status = project_part(
                 rows, bounds, equal, weak, part_rows, part_members, place, x, y, multiplier, certificate
             )

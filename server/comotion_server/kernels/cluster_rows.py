@@ -179,6 +179,16 @@ def along_row(rows, i, x):
 
 
 @jit
+def add_row(rows, i, s, x):
+    """Adds s times row i to unknowns x (k,6)."""
+    for side in range(2):
+        j = rows.link[i, side]
+        if j != NOT_REACTING:
+            for k in range(6):
+                x[j, k] += s * rows.part[i, side, k]
+
+
+@jit
 def scaled_velocities(cluster, v, L):
     """Unknowns x (k,6) of the members from their velocities (n,3) and angular momenta (n,3)."""
     x = np.zeros((len(cluster.members), 6))
@@ -192,16 +202,17 @@ def scaled_velocities(cluster, v, L):
 
 
 @jit
-def change_velocities(bodies, cluster, R, dx, v, L, w):
-    """Adds a change dx (k,6) of the unknowns to v, L, w of the members; a member with none keeps its bits."""
+def change_velocities(bodies, cluster, R, before, after, v, L, w):
+    """Brings v, L, w of the members along as their unknowns (k,6) change; a member that does not keeps its bits."""
     for j in range(len(cluster.members)):
         i, turned = cluster.members[j], False
         for k in range(3):
-            v[i, k] += cluster.ease[j, k] * dx[j, k]
-            if dx[j, 3 + k] != 0.0:
+            v[i, k] += cluster.ease[j, k] * (after[j, k] - before[j, k])
+            change = after[j, 3 + k] - before[j, 3 + k]
+            if change != 0.0:
                 turned = True
                 for m in range(3):
-                    L[i, m] += cluster.axes[j, k, m] * (dx[j, 3 + k] / cluster.ease[j, 3 + k])
+                    L[i, m] += cluster.axes[j, k, m] * (change / cluster.ease[j, 3 + k])
         spin = bodies.spin[i]
         if turned and spin == SPIN_FREE:
             angular_velocity_of(R[i], L[i], bodies.moments[i], bodies.principal[i], w[i])

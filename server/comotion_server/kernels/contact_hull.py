@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_pairs import FULL
+from comotion_server.kernels.contact_normals import FULL
 from comotion_server.kernels.contacts import FEATURES
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.vectors import along, cross, dot, sub, unit
 
 MOST_POINTS = 4096
@@ -54,7 +54,7 @@ def new_points():
     )
 
 
-@jit
+@lean_jit
 def view_along(n, limit, merge):
     """`View` along n. Its axes are oblique to whatever is likely in a scene, so that hardly two points are level."""
     oblique = (0.4472, 0.6325, 0.6324) if abs(n[0]) < 0.4 or n[0] * n[1] < 0.0 else (0.6325, -0.4472, 0.6324)
@@ -62,7 +62,7 @@ def view_along(n, limit, merge):
     return View(n, across, cross(n, across), limit, merge)
 
 
-@jit
+@lean_jit
 def _comes_first(kind, feature, points, k):
     """Whether a point of this kind and with these features is to be kept rather than point k."""
     if kind != points.kind[k]:
@@ -73,7 +73,7 @@ def _comes_first(kind, feature, points, k):
     return False
 
 
-@jit
+@lean_jit
 def add_point(points, count, view, kind, feature, p, q):
     """Put the point p on a, q on b among those of a patch; how many there are, or FULL.
 
@@ -92,12 +92,15 @@ def add_point(points, count, view, kind, feature, p, q):
     if place == MOST_POINTS:
         return FULL
     points.kind[place], points.gap[place] = kind, gap
-    points.feature[place], points.point_a[place], points.point_b[place] = feature, p, q
     points.place[place, 0], points.place[place, 1] = x, y
+    for f in range(FEATURES):
+        points.feature[place, f] = feature[f]
+    for k in range(3):
+        points.point_a[place, k], points.point_b[place, k] = p[k], q[k]
     return max(count, place + 1)
 
 
-@jit
+@lean_jit
 def _sorted(points, count):
     """The points in the order of their places, from left to right: the first `count` of `order`."""
     place, order = points.place, points.order
@@ -109,7 +112,7 @@ def _sorted(points, count):
         order[k] = i
 
 
-@jit
+@lean_jit
 def _turns(place, i, j, k, line):
     """Whether the way i, j, k turns to the left in j, and j is no point of the line from i to k."""
     ux, uy = place[k, 0] - place[i, 0], place[k, 1] - place[i, 1]
@@ -118,9 +121,9 @@ def _turns(place, i, j, k, line):
     return area > 0.0 and area * area > line * line * (ux * ux + uy * uy)
 
 
-@jit
+@lean_jit
 def hull(points, count, line):
-    """How many corners the convex hull has: rows `order[count :]`, counter-clockwise from the leftmost (Andrew 1979)."""
+    """How many corners the convex hull has: rows `order[count :]`, counter-clockwise from the leftmost (Andrew)."""
     _sorted(points, count)
     place, order = points.place, points.order
     corners = order[count:]

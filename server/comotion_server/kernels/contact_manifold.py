@@ -10,32 +10,33 @@ import numpy as np
 
 from comotion_server.kernels.contact_hull import PatchPoints, hull, new_points, view_along
 from comotion_server.kernels.contact_normals import (
+    FULL,
     OF_A,
     OF_B,
     Directions,
-    contact_directions,
-    gap_along,
     new_directions,
-    two_triangles,
 )
-from comotion_server.kernels.contact_pairs import FULL, NearPairs, near_pairs, new_near_pairs
-from comotion_server.kernels.contact_patch import Rules, add_overlap, side_of
+from comotion_server.kernels.contact_pairs import new_pairs, touching_pairs, tree_of
+from comotion_server.kernels.contact_patch import Rules, patch_points
 from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, relative_rotation, work_space
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, row, scaled, sub
 
 MERGE = 1e-7  # of the smaller body's size: points of contact nearer than this are one
+OBLIQUE = (0.4472, 0.6325, 0.6324)  # to whatever is likely in a scene: patches are told in its order
 ON_FEATURE = 1e-9  # of the same: how far outside a face or an edge a point still lies on it
 
 
 class PatchWork(NamedTuple):
     """Arrays that `manifold` and `gap_of_pair` use; nothing in them means anything before or after."""
 
-    near: NearPairs
+    pairs: np.ndarray  # (p,2) int64 triangles of a, of b
+    nodes: np.ndarray  # (STACK_SIZE,2) int64 of a walk
     directions: Directions
     points: PatchPoints
     R: np.ndarray  # (3,3) from b's axes to a's
@@ -45,7 +46,8 @@ class PatchWork(NamedTuple):
 @jit
 def new_patch_work():
     """`PatchWork`, to be used again and again."""
-    return PatchWork(new_near_pairs(), new_directions(), new_points(), np.empty((3, 3)), work_space())
+    pairs, nodes = new_pairs()
+    return PatchWork(pairs, nodes, new_directions(), new_points(), np.empty((3, 3)), work_space())
 
 
 @jit
@@ -85,37 +87,37 @@ def _world_normal(m, a, b, R, directions, d):
 
 
 @jit
-def _patch(m, R, t, d, rules, limit, merge, pairs, work):
-    """All points of the patch along direction d, written to work.points; how many, or FULL."""
-    n, count, near = row(work.directions.normal, d), 0, work.near
-    n_b = scaled(rotated_back(R, n), -1.0)
-    view = view_along(n, limit, merge)
-    for k in range(pairs):
-        i, j = near.triangles[k, 0], near.triangles[k, 1]
-        c = two_triangles(m, i, j, R, t)
-        if gap_along(n, c) <= limit:
-            side_a, side_b = side_of(m, i, n, rules.slope), side_of(m, j, n_b, rules.slope)
-            count = add_overlap(m, side_a, side_b, c, R, rules, view, work.points, count)
-    return count
+def _in_turn(directions, found, turn):
+    """The direction number `turn` along OBLIQUE: an order that hardly depends on how they were found."""
+    best = 0
+    for d in range(found):
+        here, before = dot(OBLIQUE, row(directions.normal, d)), 0
+        for other in range(found):
+            if (dot(OBLIQUE, row(directions.normal, other)), other) < (here, d):
+                before += 1
+        if before == turn:
+            best = d
+    return best
 
 
 @jit
 def _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work):
     """`manifold` of two meshes."""
-    m, near, directions = solids.meshes, work.near, work.directions
+    m, directions = surface_of(solids.meshes), work.directions
     shape_a, shape_b, size = solids.shape[a], solids.shape[b], smaller_size(solids, a, b)
     relative_rotation(R[a], R[b], work.R)
     t = rotated_back(R[a], sub(row(x, b), row(x, a)))
-    pairs = near_pairs(m, shape_a, shape_b, work.R, t, limit, near)
-    if pairs == FULL:
+    tree, roots = tree_of(solids.meshes), (solids.meshes.root[shape_a], solids.meshes.root[shape_b])
+    pairs, found = touching_pairs(
+        m, tree, shape_a, shape_b, roots, work.R, t, reach, limit, slope, work.nodes, work.pairs, directions
+    )
+    if pairs == FULL or found == FULL:
         return FULL
-    found = contact_directions(m, shape_a, shape_b, work.R, t, reach, slope, near, pairs, directions)
-    if found == FULL:
-        return FULL
-    rows = 0
-    for d in range(found):
-        rules = Rules(slope, ON_FEATURE * size, directions.owner[d] == OF_A)
-        count = _patch(m, work.R, t, d, rules, limit, MERGE * size, pairs, work)
+    rules, rows = Rules(slope, ON_FEATURE * size), 0
+    for turn in range(found):
+        d = _in_turn(directions, found, turn)
+        view = view_along(row(directions.normal, d), limit, MERGE * size)
+        count = patch_points(m, work.R, t, directions, d, rules, view, work.pairs, pairs, work.points)
         if count == FULL:
             return FULL
         if count > 0:
@@ -139,9 +141,7 @@ def _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, wor
     up = rotated_back(R[mesh], n)
     view = view_along(scaled(n, -1.0) if mesh_is_a else n, limit, MERGE * size)
     offset = ZERO if mesh_is_a else sub(row(x, b), row(x, a))
-    count = add_corners(
-        m, solids.shape[mesh], up, height, R[mesh], offset, mesh_is_a, slope, view, work.near.nodes, points
-    )
+    count = add_corners(m, solids.shape[mesh], up, height, R[mesh], offset, mesh_is_a, slope, view, work.nodes, points)
     least = inf
     for k in range(count):
         least = min(least, points.gap[k])
@@ -189,7 +189,7 @@ def gap_of_pair(solids, a, b, x, R, limit, witness, work):
         height = dot(n, sub(row(x, mesh), row(x, plane)))
         if height - solids.radius[mesh] >= limit:
             return height - solids.radius[mesh]
-        return height + lowest_corner(m, solids.shape[mesh], rotated_back(R[mesh], n), work.near.nodes)
+        return height + lowest_corner(m, solids.shape[mesh], rotated_back(R[mesh], n), work.nodes)
     relative_rotation(R[a], R[b], work.R)
     t = rotated_back(R[a], sub(row(x, b), row(x, a)))
     shape_a, shape_b = solids.shape[a], solids.shape[b]

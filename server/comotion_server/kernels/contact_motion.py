@@ -12,7 +12,7 @@ from math import inf
 from typing import NamedTuple
 
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
-from comotion_server.kernels.contact_patch import crossing, foot
+from comotion_server.kernels.contact_overlap import crossing, foot
 from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.level_faces import follow
@@ -118,18 +118,15 @@ def _two_edges(solids, contacts, i, pair, R):
     m, kind, f = solids.meshes, contacts.kind[i], contacts.feature[i]
     a0, b0 = _of_a(m, pair, R, f[0]), _of_b(m, pair, R, f[2])
     u, v = sub(_of_a(m, pair, R, f[1]), a0), sub(_of_b(m, pair, R, f[3]), b0)
-    if kind == EDGES:
-        product = cross_exactly(u, v)
-        n = unit(product)
-        turning = add(cross(cross(pair.spin_a, u), v), cross(u, cross(pair.spin_b, v)))
-        turning = scaled(along(turning, -dot(n, turning), n), 1.0 / length(product))
-    elif kind == CROSSING_A:
-        n, _ = _face(solids, pair.a, R, f[4])
-        turning = cross(pair.spin_a, n)
-    else:
-        n, _ = _face(solids, pair.b, R, f[4])
-        n = scaled(n, -1.0)
-        turning = cross(pair.spin_b, n)
+    product = cross_exactly(u, v)
+    n = unit(product)
+    turning = add(cross(cross(pair.spin_a, u), v), cross(u, cross(pair.spin_b, v)))
+    if kind != EDGES:
+        body, sign = (pair.a, 1.0) if kind == CROSSING_A else (pair.b, -1.0)
+        face, _ = _face(solids, body, R, f[4])
+        turning = scaled(turning, sign if dot(n, face) > 0.0 else -sign)
+        n = scaled(face, sign)
+    turning = scaled(along(turning, -dot(n, turning), n), 1.0 / length(product))
     s, t, _ = crossing(a0, u, b0, v, n)
     p, q, margin = along(a0, s, u), along(b0, t, v), min(_from_ends(s, u), _from_ends(t, v))
     return Geometry(n, turning, p, q, margin)

@@ -9,17 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_pairs import FULL
 from comotion_server.kernels.features import EDGE, feature_at
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import is_level, is_top
-from comotion_server.kernels.mesh_pair import corners, corners_moved
+from comotion_server.kernels.mesh_pair import corners
 from comotion_server.kernels.pair_impact import EXPLAINS, ROUNDING, contact_normal
-from comotion_server.kernels.pair_impact_bounds import Points
-from comotion_server.kernels.vectors import along, dot, length, rotated, rotated_back, row, scaled, sub, unit
+from comotion_server.kernels.pair_impact_bounds import Points, Vector
+from comotion_server.kernels.vectors import add, along, dot, length, rotated, rotated_back, row, scaled, sub, unit
 
+FULL = -1  # in the place of a number: there are more than there is room for
 MOST_PATCHES = 256
 OF_A, OF_B, OF_NONE = 0, 1, 2  # whose face gives a direction
+IF_TOPS, SURELY = False, True  # which pairs of triangles give one
 
 
 class TwoTriangles(NamedTuple):
@@ -29,10 +30,22 @@ class TwoTriangles(NamedTuple):
     b: Points
 
 
-class Directions(NamedTuple):
-    """Directions of contact in the axes of a."""
+class Nearest(NamedTuple):
+    """The closest points of two triangles, in the axes of a."""
 
-    normal: np.ndarray  # (d,3) unit, from a to b
+    distance: float  # [m]
+    p: Vector  # on a [m]
+    q: Vector  # on b
+    n: Vector  # unit, from a to b
+    i: int  # triangle of a
+    j: int  # triangle of b
+
+
+class Directions(NamedTuple):
+    """Directions of contact."""
+
+    normal: np.ndarray  # (d,3) unit, from a to b, in the axes of a
+    normal_b: np.ndarray  # (d,3) the other way, in the axes of b
     owner: np.ndarray  # (d,) int64 OF_A, OF_B or OF_NONE
     triangle: np.ndarray  # (d,) int64 with that normal; of the owner
     least: np.ndarray  # (d,) least distance of a pair with this direction [m]
@@ -43,26 +56,40 @@ def new_directions():
     """Room for the directions of two bodies."""
     return Directions(
         np.empty((MOST_PATCHES, 3)),
+        np.empty((MOST_PATCHES, 3)),
         np.empty(MOST_PATCHES, np.int64),
         np.empty(MOST_PATCHES, np.int64),
         np.empty(MOST_PATCHES),
     )
 
 
-@jit
-def two_triangles(m, i, j, R, t):
-    """`TwoTriangles` i of a and j of b."""
-    return TwoTriangles(corners(m, i), corners_moved(m, j, R, t))
+@lean_jit
+def _three_points(vertices, triangles, t):
+    return row(vertices, triangles[t, 0]), row(vertices, triangles[t, 1]), row(vertices, triangles[t, 2])
 
 
-@jit
+@lean_jit
+def two_triangles(vertices, triangles, i, j, R, t):
+    """`TwoTriangles` i of a and j of b; R, t turn points of b's frame into a's."""
+    b0, b1, b2 = _three_points(vertices, triangles, j)
+    b = (add(rotated(R, b0), t), add(rotated(R, b1), t), add(rotated(R, b2), t))
+    return TwoTriangles(_three_points(vertices, triangles, i), b)
+
+
+@lean_jit
 def gap_along(n, c):
     """Gap [m] of two triangles along n, negative where it does not separate them."""
     a, b = c.a, c.b
     return min(dot(n, b[0]), dot(n, b[1]), dot(n, b[2])) - max(dot(n, a[0]), dot(n, a[1]), dot(n, a[2]))
 
 
-@jit
+@lean_jit
+def explained_by(distance, c):
+    """The gap along a direction that is enough to explain the distance [m] of two triangles."""
+    return distance * (1.0 - EXPLAINS) - ROUNDING * (length(c.a[0]) + length(c.b[0]))
+
+
+@lean_jit
 def _upright(m, shape, t, p, n):
     """The direction n, in the body's axes, made normal to the edge of triangle t that p lies on, if it lies on one."""
     feature, k = feature_at(m, shape, t, p)
@@ -73,77 +100,50 @@ def _upright(m, shape, t, p, n):
     return unit(along(n, -dot(n, e), e))
 
 
-@jit
-def _direction(m, shape_a, shape_b, i, j, R, t, near, k, c):
-    """(normal, owner) of pair k of `near`, triangles i and j."""
-    distance = near.distance[k]
-    enough = distance * (1.0 - EXPLAINS) - ROUNDING * (length(c.a[0]) + length(c.b[0]))
-    n = row(m.normals, i)
+@lean_jit
+def _direction(m, shape_a, shape_b, R, t, pair, c):
+    """(normal, owner) of a pair of triangles."""
+    enough = explained_by(pair.distance, c)
+    n = row(m.normals, pair.i)
     if gap_along(n, c) >= enough:
         return n, OF_A
-    n = scaled(rotated(R, row(m.normals, j)), -1.0)
+    n = scaled(rotated(R, row(m.normals, pair.j)), -1.0)
     if gap_along(n, c) >= enough:
         return n, OF_B
-    n = contact_normal(distance, row(near.direction, k), c)
-    n = _upright(m, shape_a, i, row(near.point_a, k), n)
-    q = rotated_back(R, sub(row(near.point_b, k), t))
-    return rotated(R, _upright(m, shape_b, j, q, rotated_back(R, n))), OF_NONE
+    n = contact_normal(pair.distance, pair.n, c)
+    n = _upright(m, shape_a, pair.i, pair.p, n)
+    q = rotated_back(R, sub(pair.q, t))
+    return rotated(R, _upright(m, shape_b, pair.j, q, rotated_back(R, n))), OF_NONE
 
 
-@jit
-def _are_tops(m, shape_a, shape_b, i, j, R, t, p, q, n, slope):
-    """Whether the closest points p, q of two triangles are tops of their bodies along n."""
-    if not is_top(m, shape_a, i, p, n, slope):
+@lean_jit
+def _are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
+    """Whether the closest points of two triangles are tops of their bodies along n."""
+    if not is_top(m, shape_a, pair.i, pair.p, n, slope):
         return False
-    return is_top(m, shape_b, j, rotated_back(R, sub(q, t)), scaled(rotated_back(R, n), -1.0), slope)
+    return is_top(m, shape_b, pair.j, rotated_back(R, sub(pair.q, t)), scaled(rotated_back(R, n), -1.0), slope)
 
 
-@jit
-def _note(directions, count, distance, n, owner, triangle, slope):
-    """Put a direction among those found, in the place of one alike if that was found farther off; how many, or FULL."""
+@lean_jit
+def note_direction(m, shape_a, shape_b, R, t, pair, c, surely, slope, directions, count):
+    """Put the direction of a pair among those found, in the place of one alike if that comes from farther off.
+
+    surely: IF_TOPS, or SURELY, without asking whether its points are tops; slope: sine below which two directions are
+    one. Returns how many there are, or FULL.
+    """
+    n, owner = _direction(m, shape_a, shape_b, R, t, pair, c)
+    if not (surely or _are_tops(m, shape_a, shape_b, R, t, pair, n, slope)):
+        return count
     place = count
     for d in range(count):
         if is_level(row(directions.normal, d), n, slope):
-            if distance >= directions.least[d]:
+            if pair.distance >= directions.least[d]:
                 return count
             place = d
             break
     if place == MOST_PATCHES:
         return FULL
-    directions.normal[place], directions.owner[place] = n, owner
-    directions.triangle[place], directions.least[place] = triangle, distance
+    directions.normal[place], directions.normal_b[place] = n, scaled(rotated_back(R, n), -1.0)
+    directions.owner[place], directions.least[place] = owner, pair.distance
+    directions.triangle[place] = pair.i if owner == OF_A else pair.j
     return max(count, place + 1)
-
-
-@jit
-def contact_directions(m, shape_a, shape_b, R, t, reach, slope, near, pairs, directions):
-    """How many directions of contact two meshes have; they are written to `directions`; or FULL.
-
-    reach [m] of the pairs, the first `pairs` of `near`, that count; slope: sine below which two directions are one. The
-    nearest pair of all always counts: no rounding can leave bodies in contact without one.
-    """
-    nearest, count = 0, 0
-    for k in range(pairs):
-        if near.distance[k] < near.distance[nearest]:
-            nearest = k
-    for turn in range(pairs):
-        k = nearest if turn == 0 else 0 if turn == nearest else turn
-        distance = near.distance[k]
-        if not 0.0 < distance <= reach:
-            continue
-        i, j = near.triangles[k, 0], near.triangles[k, 1]
-        c = two_triangles(m, i, j, R, t)
-        enough = distance * (1.0 - EXPLAINS) - ROUNDING * (length(c.a[0]) + length(c.b[0]))
-        known = False
-        for d in range(count):
-            known = known or gap_along(row(directions.normal, d), c) >= enough
-        if known:
-            continue
-        n, owner = _direction(m, shape_a, shape_b, i, j, R, t, near, k, c)
-        p, q = row(near.point_a, k), row(near.point_b, k)
-        if turn > 0 and not _are_tops(m, shape_a, shape_b, i, j, R, t, p, q, n, slope):
-            continue
-        count = _note(directions, count, distance, n, owner, i if owner == OF_A else j, slope)
-        if count == FULL:
-            return FULL
-    return count

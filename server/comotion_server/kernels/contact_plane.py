@@ -5,12 +5,12 @@ from math import inf
 from comotion_server.kernels.boxes import lowest
 from comotion_server.kernels.contact_hull import add_point
 from comotion_server.kernels.contacts import CORNER_FACE, FACE_CORNER
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import is_top_corner
 from comotion_server.kernels.vectors import add, along, dot, rotated, row, scaled
 
 
-@jit
+@lean_jit
 def lowest_corner(m, shape, up, nodes):
     """The least that up . x reaches on a mesh [m], up a unit vector in the body's axes; nodes (STACK_SIZE, 2) int64."""
     best, top = inf, 1
@@ -33,7 +33,7 @@ def lowest_corner(m, shape, up, nodes):
     return best
 
 
-@jit
+@lean_jit
 def add_corners(m, shape, up, height, rotation, offset, mesh_is_a, slope, view, nodes, points):
     """The corners of a mesh within reach of a plane, as points of a patch; how many, or FULL.
 

@@ -47,6 +47,13 @@ def terms_of(a, reach, bound):
 
 
 @jit
+def widen(reach, y):
+    """Raises reach (n,) to the sizes of y (n,)."""
+    for k in range(len(y)):
+        reach[k] = max(reach[k], abs(y[k]))
+
+
+@jit
 def most_violated(A, b, out, y, reach):
     """The row with the largest violation |b - a.y| / |a| above rounding, among those not `out`; -1: none."""
     worst, found = 0.0, -1
@@ -85,6 +92,11 @@ def take_equalities(A, equal, weak, factors):
     """Makes rows marked `equal` active, the most independent first, none whose |z| / |a| is below `weak`; the count."""
     m, n = A.shape
     count = 0
+    wanted = False
+    for i in range(m):
+        wanted |= equal[i]
+    if not wanted:
+        return count
     outside, h, z = A.copy(), np.empty(len(factors.rows)), np.empty(n)
     open_rows = equal.copy()
     while count < len(factors.rows):
@@ -157,8 +169,7 @@ def enter(A, b, equal, factors, count, q, y, reach, multiplier, certificate):
             multiplier[factors.rows[j]] -= t * rates[j]
         if not dependent:
             advance(y, t, z)
-        for k in range(len(y)):
-            reach[k] = max(reach[k], abs(y[k]))
+        widen(reach, y)
         if full <= step:
             return SOLVED, append_row(factors, count, q, h, z, sqrt(outside))
         multiplier[factors.rows[place]] = 0.0
@@ -176,14 +187,15 @@ def project(A, b, equal, weak, x, y, multiplier, certificate):
     m, n = A.shape
     factors = new_factors(min(m, n), n)
     multiplier[:], y[:] = 0.0, x
-    reach, skipped = np.abs(x), np.zeros(m, np.bool_)
-    count = take_equalities(A, equal, weak, factors) if equal.any() else 0
+    reach, skipped, out, sweeps = np.zeros(n), np.zeros(m, np.bool_), np.empty(m, np.bool_), 0
+    widen(reach, x)
+    count = take_equalities(A, equal, weak, factors)
     if count > 0:
         refine(A, b, factors, count, x, y, multiplier)
-        reach = np.maximum(reach, np.abs(y))
-    sweeps = 0
+        widen(reach, y)
     for _ in range(STEPS_PER_ROW * m + 1):
-        out = equal | skipped
+        for i in range(m):
+            out[i] = equal[i] or skipped[i]
         for j in range(count):
             out[factors.rows[j]] = True
         q = most_violated(A, b, out, y, reach)

@@ -3,12 +3,15 @@
 import numpy as np
 
 from comotion_server.kernels.cluster_books import audit, carried_by, given_by
-from comotion_server.kernels.contacts import CORNER_FACE
-from comotion_server.kernels.event_scene import CONTACTS, NOW
+from comotion_server.kernels.contact_manifold import manifold
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS
 from comotion_server.kernels.impact_cluster import BLOCKED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.time_of_impact import CLOSING
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
+
+LEVEL = 1.5  # times angle and size: how far apart faces that are level to within the angle may be at their far ends
 
 
 @jit
@@ -23,16 +26,16 @@ def opening_speed(scene, contacts, i):
 @jit
 def note_impacts(queue, scene):
     """A row of the log for each contact point that took part, and the sums and memory of the pairs."""
-    cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.clock[NOW]
+    cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.now[0]
     contacts, report = cluster.contacts, cluster.report
     count = log.count[ROWS]
     for i in range(cluster.size[CONTACTS]):
         k, J = cluster.pair[i], row(cluster.impulse, i)
         pairs.impulse[k] = add(row(pairs.impulse, k), J)
         opening = opening_speed(scene, contacts, i)
-        if pairs.hit_time[k] != time or opening > pairs.hit_speed[k]:
-            pairs.hit_speed[k] = max(opening, 0.0)
-        pairs.hits[k] += 1 if pairs.hit_time[k] != time else 0
+        again = pairs.hit_time[k] == time
+        pairs.hit_speed[k] = max(opening, pairs.hit_speed[k] if again else 0.0)
+        pairs.hits[k] += 0 if again else 1
         pairs.hit_time[k] = time
         approach = report.approach[i]
         if approach <= 0.0 and length(J) == 0.0:
@@ -53,23 +56,32 @@ def note_impacts(queue, scene):
 
 
 @jit
+def _level_gap(rules, size, reach, closing):
+    """Up to which gap [m] the points of level faces belong to a contact: faces of this size, tilted within the angle."""
+    return max(reach, LEVEL * rules.angle * size, rules.duration * closing)
+
+
+@jit
 def contacts_of(queue, scene, rules):
-    """The contact points of all pairs of the cluster; a negative number where there is no room for them."""
-    cluster = queue.cluster
-    f = queue.findings
-    k = cluster.pairs[0]
-    a, b = queue.pairs.bodies[k, 0], queue.pairs.bodies[k, 1]
-    contacts = cluster.contacts
-    contacts.bodies[0, 0], contacts.bodies[0, 1] = a, b
-    contacts.kind[0] = CORNER_FACE
-    contacts.normal[0] = f[9:12]
-    contacts.arm_a[0] = f[3:6] - scene.x[a]
-    contacts.arm_b[0] = f[6:9] - scene.x[b]
-    contacts.gap[0] = f[1]
-    cluster.size[CONTACTS] = 1
-    cluster.pair[0] = k
-    one, other = rules.material[a], rules.material[b]
-    cluster.restitution[0], cluster.friction[0] = rules.restitution[one, other], rules.friction[one, other]
+    """The contact points of all pairs of the cluster; False where there is no room for them."""
+    cluster, solids = queue.cluster, scene.solids
+    count = 0
+    for p in range(cluster.size[PAIRS]):
+        k = cluster.pairs[p]
+        a, b = queue.pairs.bodies[k, 0], queue.pairs.bodies[k, 1]
+        reach, size = DELTA * queue.pairs.tolerance[k], 2.0 * min(solids.radius[a], solids.radius[b])
+        level = _level_gap(rules, size, reach, queue.findings[CLOSING])
+        where = (reach, rules.angle, level, cluster.contacts, count)
+        found = manifold(solids, a, b, scene.x, scene.R, *where, queue.patch_work)
+        if found < 0:
+            return False
+        one, other = rules.material[a], rules.material[b]
+        for i in range(count, count + found):
+            cluster.pair[i] = k
+            cluster.restitution[i], cluster.friction[i] = rules.restitution[one, other], rules.friction[one, other]
+        count += found
+    cluster.size[CONTACTS] = count
+    return True
 
 
 @jit
@@ -77,7 +89,7 @@ def answer(queue, scene, rules):
     """Let the law answer the cluster; write down what happened. The law's status."""
     cluster, bodies = queue.cluster, scene.bodies
     contacts, count = cluster.contacts, cluster.size[CONTACTS]
-    members = cluster.bodies[: cluster.size[0]]
+    members = cluster.bodies[: cluster.size[BODIES]]
     point = add(row(scene.x, contacts.bodies[0, 1]), row(contacts.arm_b, 0))
     before, after, given, scale = np.empty(7), np.empty(7), np.empty(7), np.zeros(3)
     state = (scene.x, scene.v, scene.L, scene.w)

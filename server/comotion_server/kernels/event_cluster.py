@@ -52,20 +52,17 @@ def touches(queue, scene, k, i, j, time):
 
 
 @jit
-def gather(queue, scene, seed, time):
-    """The cluster of the pair in row `seed` at a time, to `queue.cluster`; its bodies' states are those at that time.
-
-    Two bodies are in contact when their gap is at most DELTA tolerances; contacts join through bodies that react.
-    """
-    cluster, pairs = queue.cluster, queue.pairs
+def _begin(cluster):
+    """A new cluster, empty."""
     cluster.size[:] = 0
     cluster.tick[0] += 1
-    tick = cluster.tick[0]
-    cluster.pairs[0], cluster.size[PAIRS] = seed, 1
-    cluster.pair_tick[seed] = tick
-    _include(queue, scene, pairs.bodies[seed, 0], time)
-    _include(queue, scene, pairs.bodies[seed, 1], time)
-    done = 0
+
+
+@jit
+def _grow(queue, scene, time):
+    """Include all that touch the bodies of the cluster, and so on."""
+    cluster, pairs = queue.cluster, queue.pairs
+    tick, done = cluster.tick[0], 0
     while done < cluster.size[BODIES]:
         i = cluster.bodies[done]
         done += 1
@@ -83,10 +80,34 @@ def gather(queue, scene, seed, time):
 
 
 @jit
+def gather(queue, scene, seed, time):
+    """The cluster of the pair in row `seed` at a time, to `queue.cluster`; its bodies' states are those at that time.
+
+    Two bodies are in contact when their gap is at most DELTA tolerances; contacts join through bodies that react.
+    """
+    cluster, pairs = queue.cluster, queue.pairs
+    _begin(cluster)
+    cluster.pairs[0], cluster.size[PAIRS] = seed, 1
+    cluster.pair_tick[seed] = cluster.tick[0]
+    _include(queue, scene, pairs.bodies[seed, 0], time)
+    _include(queue, scene, pairs.bodies[seed, 1], time)
+    _grow(queue, scene, time)
+
+
+@jit
+def gather_about(queue, scene, seeds, time):
+    """The clusters of the bodies in `seeds` (k,), all as one, likewise."""
+    _begin(queue.cluster)
+    for i in seeds:
+        _include(queue, scene, i, time)
+    _grow(queue, scene, time)
+
+
+@jit
 def _sort_pairs(cluster, pairs):
     """Pairs in the order of their bodies, so that nothing depends on where their rows are."""
     count = cluster.size[PAIRS]
-    if count == 1:
+    if count < 2:
         return
     rows, keys = cluster.pairs[:count].copy(), np.empty(count, np.int64)
     for k in range(count):

@@ -13,23 +13,24 @@ import numpy as np
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_cluster import gather
 from comotion_server.kernels.event_heap import first, put, second_time, take_out
+from comotion_server.kernels.event_rest import comes_to_rest, stays_at_rest
 from comotion_server.kernels.event_scene import (
+    ANSWERED,
     ASKED,
     BODIES,
+    CONTACTS,
     HITS,
-    LAST,
+    ITEMS,
     LEFT,
     LONGEST_RUN,
-    NOW,
-    POPS,
     ROOMS,
     ROW,
+    RUN,
     TIMER,
-    ZERO_RUN,
 )
 from comotion_server.kernels.flight import begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
-from comotion_server.kernels.impact_log import clear
+from comotion_server.kernels.impact_log import ROWS, clear
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.neighbour_cells import is_amid, leaving_time, make_room, neighbours, rooms_meet
 from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
@@ -37,7 +38,6 @@ from comotion_server.kernels.solid_impact import advance_pair
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.time_of_impact import (
     MEETS,
-    NONE,
     OVERLAPS,
     STALLS,
     TIME,
@@ -45,8 +45,9 @@ from comotion_server.kernels.time_of_impact import (
     forget_flight,
 )
 
-DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, SPENT, STALLED, OVERLAPPING = range(10)
+DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, CONTACTS_FULL, SPENT, STALLED, OVERLAPPING = range(11)
 
+MOST_AT_ONCE = 100  # hits of one pair at one time; laws settle it in one or two
 QUERY_BUDGET = 1_000_000  # distance queries and steps of one pair in one go
 
 
@@ -156,8 +157,7 @@ def begin_step(queue, scene, elapsed):
     """All bodies are on new flights from local time 0, which was `elapsed` [s] on the clock before."""
     pairs = queue.pairs
     clear(queue.log)
-    queue.clock[LAST] -= elapsed
-    queue.clock[NOW] = 0.0
+    queue.now[0] = 0.0
     for k in range(len(pairs.hits)):
         if pairs.bodies[k, 0] >= 0:
             pairs.hit_time[k] -= elapsed
@@ -178,38 +178,61 @@ def _follow(queue, scene, k, until):
     bodies = (scene.solids, scene.flights, scene.bodies, a, b)
     status = advance_pair(*bodies, *limits, memory, pairs.witness[k], queue.findings, queue.work, queue.counts)
     queue.tally[ASKED] += 1
-    _put_pair(queue, k, inf if status == NONE else memory[TIME])
+    _put_pair(queue, k, memory[TIME])
     return status
 
 
 @jit
-def _count_run(queue, time):
-    """Note a hit at a time, and how many there were in a row without time between them."""
+def _count_run(queue, k, time):
+    """Note a hit of pair k, and how many it had at this very time; False where they do not end."""
     tally = queue.tally
+    tally[LEFT] -= 1
     tally[HITS] += 1
-    tally[ZERO_RUN] = tally[ZERO_RUN] + 1 if time == queue.clock[LAST] else 0
-    tally[LONGEST_RUN] = max(tally[LONGEST_RUN], tally[ZERO_RUN])
-    queue.clock[LAST] = time
+    tally[RUN] = tally[RUN] + 1 if time == queue.pairs.hit_time[k] else 0
+    tally[LONGEST_RUN] = max(tally[LONGEST_RUN], tally[RUN])
+    return tally[RUN] < MOST_AT_ONCE
+
+
+@jit
+def _for_caller(queue, scene, rules, time):
+    """Whether the cluster is to be handed to the caller before anything is changed, and as what; else DONE."""
+    cluster = queue.cluster
+    for m in range(cluster.size[BODIES]):
+        if queue.held[cluster.bodies[m]]:
+            return REST
+    if rules.merging:
+        for i in range(cluster.size[CONTACTS]):
+            if cluster.restitution[i] == 0.0:
+                return MERGES
+    return REST if rules.resting and comes_to_rest(queue, scene, time) else DONE
 
 
 @jit
 def _hit(queue, scene, rules, k, time):
-    """Answer the hit of pair k: DONE, or why the caller must."""
-    if queue.tally[LEFT] == 0:
+    """Answer the hit of pair k: DONE, or why the caller must go on."""
+    cluster, tally = queue.cluster, queue.tally
+    tally[ROW], tally[ANSWERED] = k, 0
+    if tally[LEFT] == 0:
         return SPENT
     gather(queue, scene, k, time)
-    contacts_of(queue, scene, rules)
-    queue.tally[LEFT] -= 1
-    _count_run(queue, time)
+    if not contacts_of(queue, scene, rules):
+        return CONTACTS_FULL
+    if queue.log.count[ROWS] + cluster.size[CONTACTS] > len(queue.log.time):
+        return LOG_FULL
+    code = _for_caller(queue, scene, rules, time)
+    if code != DONE:
+        return code
+    if not _count_run(queue, k, time):
+        return STALLED
     if answer(queue, scene, rules) == LAW_BLOCKED:
         return BLOCKED
-    cluster = queue.cluster
+    tally[ANSWERED] = 1
     for m in range(cluster.size[BODIES]):
         i = cluster.bodies[m]
         if scene.bodies.reacts[i]:
             begin(scene.flights, scene.bodies, i, time, scene.x[i], scene.v[i], scene.R[i], scene.L[i], scene.w[i])
             take_off(queue, scene, i, time)
-    return DONE
+    return REST if rules.resting and stays_at_rest(queue, scene) else DONE
 
 
 @jit
@@ -217,24 +240,24 @@ def play(queue, scene, rules, until):
     """Move all bodies on their flights to the local time `until` [s], answering impacts on the way.
 
     DONE       nothing more happens before `until`
-    REST       the cluster comes to rest, or one of its bodies is held
+    REST       the cluster comes to rest, or one of its bodies is held; if tally[ANSWERED], after its impact
     ISLAND     the timer of body tally[TIMER] is due
     MERGES     an impact without restitution
     BLOCKED    no motion satisfies the contacts marked in the report: nothing was changed
-    LOG_FULL, PAIRS_FULL  an array is full: with larger ones (`enlarged`) the queue can be taken up again
+    LOG_FULL, PAIRS_FULL, CONTACTS_FULL  an array is full: with a larger one the queue can be taken up again
     SPENT      as many hits were answered as tally[LEFT] allowed
     STALLED    numbers are too coarse to follow pair tally[ROW]
     OVERLAPPING  the bodies of pair tally[ROW] intersect
-    The local time is in clock[NOW]; the bodies are where their flights have them then. Calling again goes on.
+    The local time is in queue.now; the cluster, with its states at that time, in queue.cluster and the scene; all other bodies are where their flights have them then. Calling again goes on.
     """
     n = len(queue.held)
     while True:
         time, item = first(queue.heap)
         if not time < until:
-            queue.clock[NOW] = until
+            queue.now[0] = until
             return DONE
-        queue.clock[NOW] = time
-        queue.tally[POPS] += 1
+        queue.now[0] = time
+        queue.tally[ITEMS] += 1
         if item < n:
             if not _new_room(queue, scene, item, time):
                 return PAIRS_FULL
@@ -248,7 +271,7 @@ def play(queue, scene, rules, until):
             queue.tally[ROW] = k
             return OVERLAPPING if status == OVERLAPS else STALLED
         if (status == MEETS or status == TOUCHES) and first(queue.heap)[1] == item:
-            queue.clock[NOW] = queue.pairs.memory[k, TIME]
-            code = _hit(queue, scene, rules, k, queue.clock[NOW])
+            queue.now[0] = queue.pairs.memory[k, TIME]
+            code = _hit(queue, scene, rules, k, queue.now[0])
             if code != DONE:
                 return code

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.contact_manifold import PatchWork, new_patch_work
 from comotion_server.kernels.contacts import Contacts, new_contacts
 from comotion_server.kernels.event_heap import Heap, new_heap
 from comotion_server.kernels.flight import Bodies, Flights
@@ -18,8 +19,10 @@ from comotion_server.kernels.time_of_impact import FINDINGS
 
 DELTA = 10.0  # times the tolerance of the time of impact: two bodies touch when their gap is no larger
 
-NOW, LAST, GAP, CLOSING, CLOCKS = 0, 1, 2, 3, 4  # of `clock`: local time, time of the last hit [s]; its gap and speed
-TIMER, ROW, LEFT, HITS, ZERO_RUN, LONGEST_RUN, ROOMS, QUERIES, POPS, ASKED, TALLIES = range(11)  # of `tally`
+# of `tally`: body of the timer that is due; row of a pair; hits that may still be answered; whether the cluster was
+TIMER, ROW, LEFT, ANSWERED = 0, 1, 2, 3
+# hits so far; those in a row of one pair at one time, and the most of them; new rooms, items and times of impact asked
+HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 10
 
 
 class Scene(NamedTuple):
@@ -43,7 +46,7 @@ class Rules(NamedTuple):
     friction: np.ndarray  # (k,k)
     law: int  # TOGETHER or SEQUENTIAL
     angle: float  # [rad] up to which faces count as level; 0: only points within reach make contact
-    level: float  # [m] gap up to which the points of level faces belong to a contact
+    duration: float  # [s] of an impact: what closes within it is one contact
     resting: bool  # contacts that come to rest are handed to the caller
     merging: bool  # so are impacts without restitution
 
@@ -83,12 +86,14 @@ class Queue(NamedTuple):
     tolerance: np.ndarray  # (n,) gap that counts as contact, by the body's size [m]; inf for planes
     grain: np.ndarray  # (n,) and at least this, by the coordinates [m]
     held: np.ndarray  # (n,) bool: hits of these bodies are handed to the caller
-    clock: np.ndarray  # (CLOCKS,) local time, and about the last hit
+    now: np.ndarray  # (1,) local time [s]
     tally: np.ndarray  # (TALLIES,) int64
     counts: np.ndarray  # (COUNTS,) int64 cost of the times of impact
     findings: np.ndarray  # (FINDINGS,) of the last time of impact
     work: Work
+    patch_work: PatchWork
     found: np.ndarray  # (n,) int64 work space
+    turned: np.ndarray  # (3,) work space
 
 
 @jit
@@ -118,10 +123,12 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         tolerance,
         grain,
         np.zeros(n, np.bool_),
-        np.zeros(CLOCKS),
+        np.zeros(1),
         np.zeros(TALLIES, np.int64),
         np.zeros(COUNTS, np.int64),
         np.zeros(FINDINGS),
         new_work(),
+        new_patch_work(),
         np.empty(n, np.int64),
+        np.empty(3),
     )

@@ -63,7 +63,7 @@ def _given_acceleration(flights, bodies, contacts, i, R, L, w):
         if bodies.reacts[body]:
             continue
         arm = row(contacts.arm_a, i) if side == 0 else row(contacts.arm_b, i)
-        turned = angular_acceleration(flights, bodies, body, R[body], row(L, body), row(w, body), np.empty(3))
+        turned = angular_acceleration(flights, bodies, body, R, L, w, np.empty(3))
         total += sign * dot(n, add(row(flights.acceleration, body), cross(turned, arm)))
     return total
 

@@ -32,75 +32,90 @@ from comotion_server.kernels.cluster_rows import (
 )
 from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, JAMMED, SOLVED
 from comotion_server.kernels.flight import SPIN_FREE
+from comotion_server.kernels.friction import rub
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.reflections import LOST, WORK, approaches, reflect
+from comotion_server.kernels.reflections import LOST, RUBBED, WORK, approaches, largest_of, reflect, who_approaches
 from comotion_server.kernels.sequential_impacts import take_turns
 from comotion_server.kernels.single_impact import collide_one
 from comotion_server.kernels.vectors import cross, dot, row, sub
 
-__all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "SOLVED", "WORK", "Cluster"]
+__all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "RUBBED", "SOLVED", "WORK", "Cluster"]
 
 TOGETHER, SEQUENTIAL = 0, 1  # laws
+REPEATS = 5  # of restitution and friction; a last one has neither
 WEAK = 1e-6  # relative: equalities closer to the span of others are left out; patches whose normals differ by 1e-8 tilt
 
 
 class Report(NamedTuple):
-    """What an impact did: kinetic energy changes by work - lost."""
+    """What an impact did: kinetic energy changes by WORK - LOST - RUBBED."""
 
     approach: np.ndarray  # (c,) speed at which a contact closed before [m/s]; negative: it opened
     certificate: np.ndarray  # (c,) bool BLOCKED: contacts that no motion satisfies together
-    book: np.ndarray  # (2,) [J] LOST to restitution (and plastic contact), WORK of motion that is given
+    book: np.ndarray  # (3,) [J] LOST to restitution (and plastic contact), WORK of motion that is given, RUBBED to heat
     reflections: np.ndarray  # (1,) int64 reflections or impacts it took
 
 
 @jit
 def new_report(capacity):
     """Room for a report on up to `capacity` contacts."""
-    return Report(np.zeros(capacity), np.zeros(capacity, np.bool_), np.zeros(2), np.zeros(1, np.int64))
+    return Report(np.zeros(capacity), np.zeros(capacity, np.bool_), np.zeros(3), np.zeros(1, np.int64))
 
 
 @jit
-def impossible(rows, bounds, x, certificate):
-    """Whether no motion satisfies all rows; without given motion rest always does. Marks certificate (c,)."""
-    certificate[: len(bounds)] = False
-    if not bounds.any():
-        return False
-    count = len(bounds)
-    everywhere, equal = np.ones(count, np.bool_), np.zeros(count, np.bool_)
-    status, _ = project_cluster(
-        rows, bounds, everywhere, equal, 0.0, x, np.empty_like(x), np.empty(count), certificate[:count]
-    )
-    return status == BLOCKED
+def add_impulses(sizes, directions, impulse):
+    """Adds impulses of sizes (c,) along unit directions (c,3) to impulse (c,3)."""
+    for i in range(len(sizes)):
+        for k in range(3):
+            impulse[i, k] += sizes[i] * directions[i, k]
 
 
 @jit
 def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, impulse, report):
     """Answers the impact of `count` contacts with restitution (c,) and friction (c,): status.
 
-    Changes v, L, w (n,3); writes impulse (c,3) [N s] on body b of each contact, and the report.
+    Changes v, L, w (n,3); writes impulse (c,3) [N s] on body b of each contact, and the report. With friction, the
+    law's answer is rubbed; if that makes another contact close, both are repeated, at last without rebound or friction.
     """
     report.book[:] = 0.0
-    if count == 1:
+    rubs = largest_of(friction[:count]) > 0.0
+    if count == 1 and not rubs:
         return collide_one(bodies, contacts, restitution[0], v, R, L, w, impulse, report)
-    normals = contacts.normal[:count]
+    normals, e = contacts.normal[:count], restitution[:count].copy()
     cluster = cluster_of(bodies, contacts, count, R)
     rows, bounds = rows_along(cluster, contacts, normals), bounds_along(bodies, contacts, normals, v, w)
-    before = scaled_velocities(cluster, v, L)
-    speeds = np.empty(count)
-    approaches(rows, bounds, before, speeds)
-    impulse[:count] = 0.0
-    report.approach[:count] = -speeds
-    if impossible(rows, bounds, before, report.certificate):
-        return BLOCKED
-    x, given = before.copy(), np.empty(count)
-    if law == TOGETHER:
-        status, report.reflections[0] = reflect(rows, bounds, restitution[:count], x, given, report.book)
-    else:
-        status, report.reflections[0] = take_turns(rows, bounds, restitution[:count], x, given, report.book)
+    x, now, speeds, closing = (
+        scaled_velocities(cluster, v, L),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count, np.bool_),
+    )
+    before, status = x.copy(), SOLVED
+    fastest, hardest = approaches(rows, bounds, x, speeds)
     for i in range(count):
-        for k in range(3):
-            impulse[i, k] = given[i] * normals[i, k]
-    change_velocities(bodies, cluster, R, x - before, v, L, w)
+        report.approach[i] = -speeds[i]
+    impulse[:count] = 0.0
+    report.reflections[0] = 0
+    for repeat in range(REPEATS + 1):
+        if repeat == REPEATS:
+            e[:] = 0.0
+        if law == SEQUENTIAL:
+            state, done = take_turns(rows, bounds, e, x, now, report.book)
+            status, report.reflections[0] = max(status, state), report.reflections[0] + done
+            add_impulses(now, normals, impulse)
+            e[:] = 0.0
+        state, done = reflect(rows, bounds, e, x, now, report.book, report.certificate[:count])
+        status, report.reflections[0] = max(status, state), report.reflections[0] + done
+        if status == BLOCKED:
+            impulse[:count] = 0.0
+            report.book[:] = 0.0
+            return status
+        if rubs and repeat < REPEATS:
+            rub(bodies, contacts, cluster, (rows, bounds), friction, v, w, x, now, impulse, report.book)
+        add_impulses(now, normals, impulse)
+        approaches(rows, bounds, x, speeds)
+        if not rubs or not who_approaches(rows, speeds, fastest, hardest, closing):
+            break
+    change_velocities(bodies, cluster, R, before, x, v, L, w)
     return status
 
 
@@ -163,7 +178,7 @@ def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impuls
     y, chosen = np.empty_like(x), np.ones(count, np.bool_)
     status, _ = project_cluster(rows, bounds, chosen, equal[:count], WEAK, x, y, impulse[:count], certificate[:count])
     if status != BLOCKED:
-        change_velocities(bodies, cluster, R, y - x, v, L, w)
+        change_velocities(bodies, cluster, R, x, y, v, L, w)
     return status
 
 

@@ -18,14 +18,14 @@ SAME_PUSH = 1e-12  # of the sum of the terms: shares that miss the push by more 
 def same_push(A, push, shares):
     """Whether A^T shares = push (n,)."""
     m, n = A.shape
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(push[k]))
     for k in range(n):
         total, terms = -push[k], abs(push[k])
         for i in range(m):
             total += A[i, k] * shares[i]
             terms += abs(A[i, k]) * abs(shares[i])
-        largest = 0.0
-        for i in range(n):
-            largest = max(largest, abs(push[i]))
         if abs(total) > SAME_PUSH * (terms + largest):
             return False
     return True
@@ -35,7 +35,7 @@ def same_push(A, push, shares):
 def share_push(A, push, one_sided, multiplier):
     """Replaces multiplier (m,) of tight rows A (m,n) by the unique one with A^T multiplier = push (n,).
 
-    Not negative where one_sided (m,) bool. A result that rounding has spoilt is dropped: the old one stays.
+    Not negative where one_sided (m,) bool. Returns whether there is one; if not, the old one stays.
     """
     m, n = A.shape
     rows, bounds, equal = np.zeros((n + m, m)), np.zeros(n + m), np.zeros(n + m, np.bool_)
@@ -51,7 +51,14 @@ def share_push(A, push, one_sided, multiplier):
             count += 1
     shares, forces = np.empty(m), np.empty(n + m)
     status = project(
-        rows[:count], bounds[:count], equal[:count], 1e-9, np.zeros(m), shares, forces[:count], equal[:count].copy()
+        rows[:count],
+        bounds[:count],
+        equal[:count],
+        1e-9,
+        np.zeros(m),
+        shares,
+        forces[:count],
+        np.empty(count, np.bool_),
     )
     if status == SOLVED:
         for i in range(m):
@@ -59,3 +66,5 @@ def share_push(A, push, one_sided, multiplier):
                 shares[i] = max(shares[i], 0.0)
         if same_push(A, push, shares):
             multiplier[:] = shares
+            return True
+    return False

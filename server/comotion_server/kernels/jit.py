@@ -34,11 +34,20 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = _cache_folder()
 
 
-def jit(function):
+def jit(function, **options):
     """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules)."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)
+        return numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = before
+
+
+def lean_jit(function):
+    """As `jit`, for kernels that make no arrays: without the counting of references to those they are given.
+
+    A count is an atomic operation per array and call, and a bundle has many arrays: where little is computed at a time,
+    counting costs several times what the arithmetic does. The caller holds the arrays meanwhile.
+    """
+    return jit(function, _nrt=False)

@@ -6,9 +6,12 @@ rising. Lines within a flat face are no edges: the direction at them is the face
 """
 
 from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
 
 from comotion_server.kernels.features import EDGE, VERTEX, feature_at
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.mesh_pair import corners
 from comotion_server.kernels.topology import has_corner
 from comotion_server.kernels.vectors import cross, dot, row, sub
@@ -16,21 +19,39 @@ from comotion_server.kernels.vectors import cross, dot, row, sub
 MOST_CROSSED = 256  # lines within a flat face that a point may cross from one look to the next
 
 
+class Surface(NamedTuple):
+    """What of `MeshArrays` is asked here: few arrays, because each one costs time at every call."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    sharp: np.ndarray
+    star_start: np.ndarray
+    star: np.ndarray
+    size: np.ndarray
+
+
 @jit
+def surface_of(m):
+    """`Surface` of `MeshArrays`."""
+    return Surface(m.vertices, m.triangles, m.normals, m.sharp, m.star_start, m.star, m.size)
+
+
+@lean_jit
 def is_level(normal, n, slope):
     """Whether a face with this outward unit normal looks along the unit vector n."""
     turn = cross(normal, n)
     return dot(normal, n) > 0.0 and dot(turn, turn) <= slope * slope
 
 
-@jit
+@lean_jit
 def rises(u, n, slope):
     """Whether the way u climbs along n."""
     climb = dot(n, u)
     return climb > 0.0 and climb * climb > slope * slope * dot(u, u)
 
 
-@jit
+@lean_jit
 def neighbour(m, t, k):
     """The triangle across the edge from corner k of triangle t to the next; -1 where there is none."""
     v, w = m.triangles[t, k], m.triangles[t, (k + 1) % 3]
@@ -40,7 +61,7 @@ def neighbour(m, t, k):
     return -1
 
 
-@jit
+@lean_jit
 def is_top_corner(m, v, n, slope):
     """Whether vertex v is a local top along n (body frame, outward)."""
     p = row(m.vertices, v)
@@ -51,7 +72,7 @@ def is_top_corner(m, v, n, slope):
     return True
 
 
-@jit
+@lean_jit
 def is_top_edge(m, t, k, n, slope):
     """Whether the edge from corner k of triangle t, normal to n (body frame, outward), is a local top along n."""
     v, w, other = m.triangles[t, k], m.triangles[t, (k + 1) % 3], neighbour(m, t, k)
@@ -65,7 +86,7 @@ def is_top_edge(m, t, k, n, slope):
     return True
 
 
-@jit
+@lean_jit
 def is_top(m, shape, t, p, n, slope):
     """Whether the point p on triangle t is a local top of the surface along n; both in the body frame."""
     feature, corner = feature_at(m, shape, t, p)
@@ -76,41 +97,32 @@ def is_top(m, shape, t, p, n, slope):
     return dot(row(m.normals, t), n) > 0.0
 
 
-@jit
+@lean_jit
 def has_level_face(m, v, n, slope):
     """Whether a face at vertex v looks along n."""
-    level = False
-    for i in range(m.star_start[v], m.star_start[v + 1]):
-        level = level or is_level(row(m.normals, m.star[i]), n, slope)
-    return level
+    i, end = m.star_start[v], m.star_start[v + 1]
+    while i < end and not is_level(row(m.normals, m.star[i]), n, slope):
+        i += 1
+    return i < end
 
 
-@jit
-def is_corner(m, t, k, level, n, slope):
-    """Whether corner k of triangle t bounds what the body shows along n: at an edge of a level face, or bare.
-
-    level: whether the triangle itself is level. A corner with level faces is left to them.
-    """
-    if level:
-        return m.sharp[t, k] == 1 or m.sharp[t, (k + 2) % 3] == 1
-    v = m.triangles[t, k]
-    return is_top_corner(m, v, n, slope) and not has_level_face(m, v, n, slope)
+@lean_jit
+def is_corner(m, v, n, slope):
+    """Whether vertex v is a bare corner along n (body frame, outward): a top without a level face."""
+    return not has_level_face(m, v, n, slope) and is_top_corner(m, v, n, slope)
 
 
-@jit
-def is_edge(m, t, k, level, n, slope):
-    """The same for the edge from corner k; a bare one is told by one of its two triangles."""
-    if m.sharp[t, k] == 0 or level:
-        return m.sharp[t, k] == 1
-    v, w = m.triangles[t, k], m.triangles[t, (k + 1) % 3]
-    u = sub(row(m.vertices, w), row(m.vertices, v))
-    if v > w or rises(u, n, slope) or rises(sub((0.0, 0.0, 0.0), u), n, slope):
-        return False
+@lean_jit
+def is_edge(m, t, k, n, slope):
+    """Whether the level edge from corner k of triangle t is bare along n; told by one of its two triangles alone."""
     other = neighbour(m, t, k)
-    return not (other >= 0 and is_level(row(m.normals, other), n, slope)) and is_top_edge(m, t, k, n, slope)
+    if other < 0:
+        return is_top_edge(m, t, k, n, slope)
+    once = m.triangles[t, k] < m.triangles[t, (k + 1) % 3]
+    return once and not is_level(row(m.normals, other), n, slope) and is_top_edge(m, t, k, n, slope)
 
 
-@jit
+@lean_jit
 def _beyond(m, t, p):
     """(line within the face beyond which p lies farthest, or -1; distance of p inside the sharp edges)."""
     points, normal = corners(m, t), row(m.normals, t)
@@ -125,7 +137,7 @@ def _beyond(m, t, p):
     return line, inside
 
 
-@jit
+@lean_jit
 def follow(m, t, p):
     """(triangle, margin): where in the flat face of triangle t the point p in its plane is, going over lines in it.
 

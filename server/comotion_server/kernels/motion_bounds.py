@@ -48,17 +48,17 @@ class Spin(NamedTuple):
 
 @jit
 def angular_acceleration(flights, bodies, i, R, L, w, turned):
-    """World angular acceleration [rad/s2] of body i in the state R, L, w, as a tuple; turned (3,): work space."""
+    """World angular acceleration [rad/s2], as a tuple; turned (3,): work space."""
     kind = flights.kind[i]
     if kind == STILL:
         return ZERO
     if kind == AXIS:
         return scaled(row(flights.axis, i), flights.rate[i, 1])
-    gyroscopic = cross(L, w)
+    gyroscopic = cross(row(L, i), row(w, i))
     if kind == SYMMETRIC:
         return scaled(gyroscopic, 1.0 / bodies.moments[i, 1])
     turned[0], turned[1], turned[2] = add(row(flights.torque, i), gyroscopic)
-    angular_velocity_of(R, turned, bodies.moments[i], bodies.principal[i], turned)
+    angular_velocity_of(R[i], turned, bodies.moments[i], bodies.principal[i], turned)
     return turned[0], turned[1], turned[2]
 
 
@@ -80,8 +80,8 @@ def relate(flights, bodies, time, states, R):
         rotated_back(Ra, sub(row(flights.acceleration, 1), row(flights.acceleration, 0))),
         rotated_back(Ra, row(w, 0)),
         rotated_back(Ra, row(w, 1)),
-        rotated_back(Ra, angular_acceleration(flights, bodies, 0, rotation[0], row(L, 0), row(w, 0), turned)),
-        rotated_back(Ra, angular_acceleration(flights, bodies, 1, rotation[1], row(L, 1), row(w, 1), turned)),
+        rotated_back(Ra, angular_acceleration(flights, bodies, 0, rotation, L, w, turned)),
+        rotated_back(Ra, angular_acceleration(flights, bodies, 1, rotation, L, w, turned)),
     )
 
 

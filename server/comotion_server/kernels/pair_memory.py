@@ -4,6 +4,7 @@ A pair has a row as long as the rooms of its bodies overlap (`neighbour_cells`),
 link in the lists of both its bodies: link 2 k belongs to the first body of row k, link 2 k + 1 to the second.
 """
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ class Pairs(NamedTuple):
     witness: np.ndarray  # (c,2) int64
     tolerance: np.ndarray  # (c,) gap that counts as contact for the time of impact [m]
     hit_time: np.ndarray  # (c,) local time of the last impact [s]
-    hit_speed: np.ndarray  # (c,) speed at which the pair parted then [m/s]
+    hit_speed: np.ndarray  # (c,) speed at which the pair parted then [m/s]; inf before the first
     impulse: np.ndarray  # (c,3) on b, sum over the step [N s]
     hits: np.ndarray  # (c,) int64 impacts of the step
 
@@ -48,7 +49,7 @@ def new_pairs(body_count, capacity):
         witness,
         np.zeros(capacity),
         np.full(capacity, LONG_AGO),
-        np.zeros(capacity),
+        np.full(capacity, inf),
         np.zeros((capacity, 3)),
         np.zeros(capacity, np.int64),
     )
@@ -90,7 +91,7 @@ def join(pairs, i, j, time, tolerance):
     pairs.memory[k, KNOWN] = 0.0
     pairs.witness[k, :] = -1
     pairs.tolerance[k] = tolerance
-    pairs.hit_time[k], pairs.hit_speed[k] = LONG_AGO, 0.0
+    pairs.hit_time[k], pairs.hit_speed[k] = LONG_AGO, inf
     pairs.impulse[k, :], pairs.hits[k] = 0.0, 0
     return k
 

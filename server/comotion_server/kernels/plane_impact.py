@@ -14,6 +14,7 @@ from math import inf
 from typing import NamedTuple
 
 from comotion_server.kernels.boxes import lowest
+from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.motion_bounds import Spin, first_root, relate, spins_over, take_over
 from comotion_server.kernels.pair_impact import Touch, come_down
@@ -200,27 +201,6 @@ def first_step(m, shape, fall, R, side, target, still, horizon, nodes):
 
 
 @jit
-def plane_gap(m, shape, n, offset, nodes):
-    """The least of offset + n . r over the vertices of a mesh, n in its axes: its gap to a plane [m]."""
-    best = inf
-    nodes[0, 0] = m.root[shape]
-    top = 1
-    while top > 0:
-        top -= 1
-        node = nodes[top, 0]
-        if offset + lowest(m, node, n) >= best:
-            continue
-        if m.child[node] >= 0:
-            nodes[top, 0], nodes[top + 1, 0] = m.child[node], m.child[node] + 1
-            top += 2
-            continue
-        for k in range(m.first[node], m.first[node] + m.entries[node]):
-            for c in range(3):
-                best = min(best, offset + dot(n, row(m.vertices, m.triangles[m.leaf_triangles[k], c])))
-    return best
-
-
-@jit
 def _touch(step, fall, relative, side):
     """`Touch` of the corner of a step with its foot on the plane."""
     if side == 1:
@@ -268,7 +248,7 @@ def advance_plane(
             now = end if apart >= end - now else now + apart
             continue
         if memory[TARGET] == 0.0:
-            gap = plane_gap(m, shape, fall.n_mesh, dot(fall.n, fall.centre), work.nodes)
+            gap = dot(fall.n, fall.centre) + lowest_corner(m, shape, fall.n_mesh, work.nodes)
             memory[TARGET] = min(0.5 * tolerance, gap)
         counts[STEPS] += 1
         horizon = min(end - now, _turning_time(fall, end - now))

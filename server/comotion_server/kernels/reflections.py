@@ -19,8 +19,14 @@ from comotion_server.kernels.jit import jit
 
 APPROACH = 1e-9  # of the largest approach before: slower is none. A constant of the law: it decides who takes part
 MOST_ROWS = 1_000_000  # rows times reflections; above it the rest is taken at once. Mass ratio 1e10 against a wall: 6e5
-PATIENCE = 200  # reflections, before asking whether the cluster carries a stress of its own and can never part
-LOST, WORK = 0, 1  # in a book (2,) [J]: taken by restitution; done by motion that is given
+PATIENCE = 200  # reflections before asking whether the cluster carries a stress of its own; ten times that to ask again
+CHECK, REFLECT, STRESS, RESTART, FINISH = 0, 1, 2, 3, 4  # stages of an answer
+RESTITUTION = (0.0, -1.0, 0.0, 1.0, 0.0)  # of each stage; below zero: that of the contacts
+LOST, WORK, RUBBED = (
+    0,
+    1,
+    2,
+)  # in a book (3,) [J]: taken by restitution; done by motion that is given; taken by friction
 
 
 @jit
@@ -47,18 +53,16 @@ def who_approaches(rows, speeds, fastest, hardest, chosen):
 
 
 @jit
-def reflect_once(rows, bounds, restitution, chosen, speeds, x, impulse, book, space):
-    """One reflection of x (k,6) in the chosen rows: status, and the least e that was used."""
-    y, multiplier, certificate, equal = space
-    status, parts = project_cluster(rows, bounds, chosen, equal, 0.0, x, y, multiplier, certificate)
-    if status == BLOCKED:
-        return status, 0.0
-    energy, elastic = np.zeros(parts.count), np.zeros(parts.count)
+def turn_back(bounds, restitution, alike, parts, multiplier, speeds, y, x, impulse, book):
+    """Reflects x (k,6) about its projection y, e for each part: `alike`, or of `restitution` if that is below zero.
+
+    Adds to impulse (c,) and the book; returns the least e that was used.
+    """
+    energy, elastic, least = np.zeros(parts.count), np.zeros(parts.count), 1.0
     for i in parts.rows:
         share = -multiplier[i] * speeds[i]
         energy[parts.of_row[i]] += share
-        elastic[parts.of_row[i]] += restitution[i] * share
-    least = 1.0
+        elastic[parts.of_row[i]] += (restitution[i] if alike < 0.0 else alike) * share
     for p in range(parts.count):
         elastic[p] = min(max(elastic[p] / energy[p], 0.0), 1.0) if energy[p] > 0.0 else 0.0
         book[LOST] += 0.5 * (1.0 - elastic[p] ** 2) * energy[p]
@@ -70,64 +74,86 @@ def reflect_once(rows, bounds, restitution, chosen, speeds, x, impulse, book, sp
     for j in parts.members:
         for k in range(6):
             x[j, k] = y[j, k] + elastic[parts.of_member[j]] * (y[j, k] - x[j, k])
-    return status, least
+    return least
 
 
 @jit
-def space_for(rows, x):
-    """Arrays that reflections work in: y, multiplier, certificate, equal."""
-    count = len(rows.size)
-    return np.empty_like(x), np.empty(count), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+def common(a, b):
+    """Whether two marks (c,) have a row in common."""
+    found = False
+    for i in range(len(a)):
+        found |= a[i] and b[i]
+    return found
 
 
 @jit
-def take_all(rows, bounds, e, x, impulse, book, space):
-    """One reflection with restitution e in all rows at once: status."""
-    count = len(bounds)
-    speeds = np.empty(count)
-    approaches(rows, bounds, x, speeds)
-    everywhere, alike = np.ones(count, np.bool_), np.full(count, e)
-    status, _ = reflect_once(rows, bounds, alike, everywhere, speeds, x, impulse, book, space)
-    return status
+def largest_of(values):
+    """The largest of values (c,), at least zero."""
+    largest = 0.0
+    for value in values:
+        largest = max(largest, abs(value))
+    return largest
 
 
 @jit
-def stressed(rows, x, space):
-    """Whether contacts press on each other with no net push (l >= 0, A^T l = 0): then no velocity parts them."""
-    count = len(rows.size)
-    y, multiplier, certificate, equal = space
-    everywhere, apart = np.ones(count, np.bool_), rows.size.copy()
-    status, _ = project_cluster(rows, apart, everywhere, equal, 0.0, np.zeros_like(x), y, multiplier, certificate)
-    return status == BLOCKED
+def reflect(rows, bounds, restitution, x, impulse, book, certificate):
+    """Answers all rows that approach: status and reflections.
 
+    All of it is one projection after another, in stages:
 
-@jit
-def reflect(rows, bounds, restitution, x, impulse, book):
-    """Answers all rows that approach: x (k,6) becomes the velocities after, impulse (c,) what it took: status, count.
+    CHECK   that rows and given motion allow any motion at all: else BLOCKED with its certificate (c,), x unchanged;
+    REFLECT while rows approach, if there is any restitution;
+    STRESS  asked when that does not end: rows that still approach and press on each other with no net push (l >= 0,
+            A^T l = 0) can never part, whatever they do: JAMMED, they stop;
+    RESTART when elastic reflections run out: from the start, all rows at once, elastically (CAPPED);
+    FINISH  all rows at once, plastically: what is too slow to count, or was left.
 
-    When reflections do not end: with a stress of its own the cluster stops, JAMMED; elastic ones are taken once more
-    from the start, all touching rows at once, and what is left plastically, CAPPED. book (2,) holds LOST and WORK.
+    x (k,6) become the velocities after, impulse (c,) what it took; adds to book (3,).
     """
     count = len(bounds)
-    space = space_for(rows, x)
-    chosen, speeds, before, start_book = np.empty(count, np.bool_), np.empty(count), x.copy(), book.copy()
+    y, multiplier, speeds, equal = np.empty_like(x), np.empty(count), np.empty(count), np.zeros(count, np.bool_)
+    chosen, everywhere, rest = np.empty(count, np.bool_), np.ones(count, np.bool_), np.zeros_like(x)
+    before, lost, work = x.copy(), book[LOST], book[WORK]
     impulse[:] = 0.0
     fastest, hardest = approaches(rows, bounds, x, speeds)
-    most, done, status, least = max(1, MOST_ROWS // max(count, 1)), 0, SOLVED, 0.0
-    jammed = ran_out = False
-    while restitution.any() and who_approaches(rows, speeds, fastest, hardest, chosen):
-        jammed = done == PATIENCE and least == 1.0 and stressed(rows, x, space)
-        ran_out = done == most
-        if jammed or ran_out:
-            break
-        state, least = reflect_once(rows, bounds, restitution, chosen, speeds, x, impulse, book, space)
-        status = max(status, state)
-        done += 1
-        approaches(rows, bounds, x, speeds)
-    if ran_out and least == 1.0:
-        x[:], book[:], impulse[:] = before, start_book, 0.0
-        take_all(rows, bounds, 1.0, x, impulse, book, space)
-    status = max(status, take_all(rows, bounds, 0.0, x, impulse, book, space))
-    if jammed:
-        return max(status, JAMMED), done
-    return max(status, CAPPED) if ran_out else status, done
+    bounces, given = largest_of(restitution) > 0.0, largest_of(bounds) > 0.0
+    most, patience, done, status, least = max(1, MOST_ROWS // count), PATIENCE, 0, SOLVED, 0.0
+    stage = CHECK if given else REFLECT
+    while True:
+        if stage == REFLECT:
+            if not bounces or not who_approaches(rows, speeds, fastest, hardest, chosen):
+                stage = FINISH
+            elif done == patience:
+                stage, patience = STRESS, 10 * patience
+            elif done == most:
+                stage, status = RESTART if least == 1.0 else FINISH, max(status, CAPPED)
+                if stage == RESTART:
+                    x[:], book[LOST], book[WORK], impulse[:] = before, lost, work, 0.0
+                    approaches(rows, bounds, x, speeds)
+        state, parts = project_cluster(
+            rows,
+            rows.size if stage == STRESS else bounds,
+            chosen if stage == REFLECT else everywhere,
+            equal,
+            0.0,
+            rest if stage == STRESS else x,
+            y,
+            multiplier,
+            certificate,
+        )
+        if stage == CHECK:
+            if state == BLOCKED:
+                return BLOCKED, 0
+            stage = REFLECT
+        elif stage == STRESS:
+            jammed = common(chosen, certificate)
+            status, stage = (max(status, JAMMED), FINISH) if jammed else (status, REFLECT)
+        else:
+            e = RESTITUTION[stage]
+            least = turn_back(bounds, restitution, e, parts, multiplier, speeds, y, x, impulse, book)
+            status = max(status, state)
+            if stage == FINISH:
+                return status, done
+            approaches(rows, bounds, x, speeds)
+            done += stage == REFLECT
+            stage = REFLECT if stage == REFLECT else FINISH

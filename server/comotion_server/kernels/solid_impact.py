@@ -1,8 +1,9 @@
 """The contact time of two bodies of any kinds of shapes."""
 
+from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.mesh_pair import closest_points, relative_rotation
-from comotion_server.kernels.plane_impact import advance_plane, plane_gap
+from comotion_server.kernels.plane_impact import advance_plane
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.time_of_impact import advance, distance_left, note_distance
 from comotion_server.kernels.vectors import dot, rotated, rotated_back, row, sub
@@ -36,7 +37,7 @@ def gap_within(solids, a, b, x, R, reach, memory, witness, work):
         offset = dot(n, sub(row(x, mesh), row(x, plane)))
         if offset - solids.radius[mesh] > reach:
             return False
-        return plane_gap(m, solids.shape[mesh], rotated_back(R[mesh], n), offset, work.nodes) <= reach
+        return offset + lowest_corner(m, solids.shape[mesh], rotated_back(R[mesh], n), work.nodes) <= reach
     relative_rotation(R[a], R[b], work.R)
     offset = rotated_back(R[a], sub(row(x, b), row(x, a)))
     if distance_left(memory, offset, work.R, solids.radius[a], solids.radius[b]) > reach:

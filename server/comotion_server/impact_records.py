@@ -1,0 +1,42 @@
+"""What the event queue wrote down of impacts, as a step gives it back."""
+
+from comotion_server.kernels.impact_log import ROWS, ImpactLog
+from comotion_server.results import Impact
+from comotion_server.scene import Collisions
+from comotion_server.touching import SoftImpact
+
+
+def impacts_of(log: ImpactLog, settings: Collisions, names: tuple[str, ...], start_time: float) -> list[Impact]:
+    """The contact points of all impacts of a step that began at `start_time` [s]."""
+    impacts = []
+    rubs = settings.friction > 0.0 or any(settings.material_frictions.values())
+    for i in range(log.count[ROWS]):
+        a, b = log.bodies[i].tolist()
+        normal, impulse = log.normal[i].copy(), log.impulse[i]
+        along = float(impulse @ normal)
+        impacts.append(
+            Impact(
+                start_time + float(log.contact_time[i]),
+                names[a],
+                names[b],
+                log.point[i].copy(),
+                normal,
+                along,
+                float(log.approach[i]),
+                float(log.restitution[i]),
+                settings.simultaneous,
+                impulse - along * normal if rubs else None,
+            )
+        )
+    return impacts
+
+
+def soft_impacts_of(soft: list[SoftImpact], names: tuple[str, ...], start_time: float) -> list[Impact]:
+    """Contacts that closed with e = 0 to come to rest."""
+    found = []
+    for impact in soft:
+        a, b = impact.pair
+        point, normal, size, speed = impact.point, impact.normal, impact.impulse, impact.approach
+        time = start_time + impact.time
+        found.append(Impact(time, names[a], names[b], point, normal, size, speed, 0.0, "soft"))
+    return found

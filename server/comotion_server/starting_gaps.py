@@ -1,0 +1,80 @@
+"""Bodies that touch at the start are moved apart by less than anybody sees; bodies that overlap are refused.
+
+Rule `exact` needs a gap between all bodies. Whoever puts a box on a floor puts it there exactly, or as exactly as a
+mesh file can say it, so overlaps up to a millionth of the smaller body are taken as contact.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comotion_server.kernels.contact_manifold import gap_of_pair, new_patch_work
+from comotion_server.kernels.event_scene import DELTA, Queue, Scene
+from comotion_server.kernels.penetration import overlap_depth
+from comotion_server.kernels.solids import PLANE
+from comotion_server.scene import Problem, SceneError
+from comotion_server.world import World
+
+Array = NDArray[np.float64]
+
+SLIGHT = 1e-6  # of the smaller body's size: overlaps that are taken as contact
+SWEEPS = 200  # over all pairs that touch: a column of as many bodies comes apart
+LEAST = 0.1  # of delta: a gap that is enough; below, the first contact would be where the bodies are
+MIDDLE = 0.5  # of delta: the gap that bodies are given
+
+
+def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
+    """Moves bodies that touch apart.
+
+    Raises:
+        SceneError: bodies overlap, or touch where neither can give way.
+    """
+    pairs = queue.pairs.bodies
+    rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
+    work, touching = new_patch_work(), (0, 0)
+    for _ in range(SWEEPS):
+        apart = True
+        for k in rows:
+            a, b = pairs[k].tolist()
+            delta = DELTA * float(queue.pairs.tolerance[k])
+            gap = gap_of_pair(scene.solids, a, b, scene.x, scene.R, delta, queue.pairs.witness[k], work)
+            if gap < LEAST * delta:
+                _part(world, scene, a, b, gap, MIDDLE * delta, queue.pairs.witness[k])
+                apart, touching = False, (a, b)
+        if apart:
+            return
+    raise SceneError([_problem(world, *touching)])
+
+
+def _problem(world: World, a: int, b: int) -> Problem:
+    where = f'bodies "{world.names[a]}" and "{world.names[b]}"'
+    return Problem(world.scene.name, None, where, "overlap at the start; expected a gap, or that they just touch")
+
+
+def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float, witness: NDArray[np.int64]) -> None:
+    """Moves two bodies apart along the direction in which they overlap least."""
+    direction, depth = _way_out(scene, a, b, gap, witness)
+    slight = SLIGHT * 2.0 * float(min(scene.solids.radius[[a, b]]))
+    ease = [float(scene.bodies.inverse_mass[i] @ direction**2) if scene.bodies.reacts[i] else 0.0 for i in (a, b)]
+    if depth > slight or sum(ease) == 0.0:
+        raise SceneError([_problem(world, a, b)])
+    for i, sign, share in ((a, -1.0, ease[0]), (b, 1.0, ease[1])):
+        free = scene.bodies.inverse_mass[i] > 0.0
+        scene.x[i] += sign * (wanted + depth) * share / sum(ease) * np.where(free, direction, 0.0)
+
+
+def _way_out(scene: Scene, a: int, b: int, gap: float, witness: NDArray[np.int64]) -> tuple[Array, float]:
+    """The direction (3,) from a to b, world, along which the bodies overlap least, and how much [m]."""
+    solids, m = scene.solids, scene.solids.meshes
+    for plane, sign in ((a, 1.0), (b, -1.0)):
+        if solids.kind[plane] == PLANE:
+            return sign * scene.R[plane] @ solids.normal[plane], max(-gap, 0.0)
+    i, j = witness.tolist()
+    ways = [scene.R[a] @ m.normals[i], -scene.R[b] @ m.normals[j], scene.x[b] - scene.x[a]]
+    ways = [way / np.linalg.norm(way) for way in ways if way.any()]
+    if gap > 0.0:
+        return min(ways, key=lambda way: -abs(float(way @ ways[0]))), -gap
+    shapes = solids.shape[a], solids.shape[b]
+    poses = scene.x[a], scene.R[a], scene.x[b], scene.R[b]
+    depths = [float(overlap_depth(m, *shapes, *poses, way)) for way in ways]
+    least = int(np.argmin(depths))
+    return ways[least], depths[least]
