@@ -37,13 +37,13 @@ def extruded(outline, height, cuts=()):
 
 
 def ell():
-    """An L with legs of length 2 and width 1 in x-y, from the inner corner (0, 0), 1 high; its notch looks to +x, +y."""
+    """An L of height 1: legs of length 2 and width 1 in x-y; the inner corner is (0, 0), the notch looks to +x, +y."""
     outline = [(-1, -1), (1, -1), (1, 0), (0, 0), (0, 1), (-1, 1)]
     return extruded(outline, 1.0, [(0, 1, 2), (0, 2, 3), (0, 3, 5), (3, 4, 5)])
 
 
 def slab(cells, size=4.0, seed=0):
-    """A box 1 high below z = 0 whose top and bottom are divided into cells x cells jittered squares of two triangles."""
+    """A box 1 high below z = 0; top and bottom are divided into cells x cells jittered squares of two triangles."""
     rng, k = np.random.default_rng(seed), cells + 1
     ticks = np.linspace(-size / 2, size / 2, k)
     x, y = np.meshgrid(ticks, ticks, indexing="ij")
@@ -106,8 +106,9 @@ class Touching:
 
     def sorted_rows(self):
         """Normals, arms and gaps in an order of places: what does not depend on numbering."""
-        rows = np.c_[self.column("normal"), self.column("arm_a"), self.column("arm_b"), self.column("gap")]
-        return rows[np.lexsort(np.round(rows[:, 2::-1], 6).T[::-1].tolist() + np.round(rows[:, 5:2:-1], 6).T.tolist())]
+        rows = np.c_[self.column("arm_a"), self.column("normal"), self.column("arm_b"), self.column("gap")]
+        keys = np.round(rows[:, :6], 6) + 0.0
+        return rows[np.lexsort(keys.T[::-1])]
 
 
 def clipped(subject, clip):

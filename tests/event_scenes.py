@@ -17,6 +17,7 @@ from comotion_server.kernels.flight import (
     begin_all,
     fly_all,
 )
+from comotion_server.kernels.mesh_pair import closest_points_of_pairs
 from comotion_server.kernels.solids import MESH, PLANE, Solids
 from comotion_server.meshes import TriangleMesh, mass_properties
 from comotion_server.meshes.mesh_store import MeshStore
@@ -37,6 +38,11 @@ class Part:
     inertia: np.ndarray = None  # of unit density; None: the mesh's own
 
 
+def inside_out(mesh):
+    """A container with the surface of a mesh: its solid side is outside."""
+    return TriangleMesh(mesh.vertices, mesh.triangles[:, ::-1])
+
+
 def centred(mesh):
     """The same mesh about its centre of mass."""
     return TriangleMesh(mesh.vertices - mass_properties(mesh.vertices, mesh.triangles).centre, mesh.triangles)
@@ -46,7 +52,7 @@ class Play:
     """Bodies in a queue of their own, from their parts."""
 
     def __init__(
-        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, pairs=None, law=0, resting=False
+        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False
     ):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]
@@ -90,10 +96,17 @@ class Play:
         )
         self.scene = Scene(bodies, Solids(store.arrays, kind, shape, normal, radius, near), flights, x, v, R, L, w)
         self.rules = Rules(
-            np.zeros(n, np.int64), np.full((1, 1), restitution), np.zeros((1, 1)), law, angle, 0.0, resting, False
+            np.zeros(n, np.int64),
+            np.full((1, 1), restitution),
+            np.zeros((1, 1)),
+            law,
+            angle,
+            0.0,
+            bool(resting),
+            bool(0),
         )
         grain = np.full(n, 64 * np.spacing(max(np.abs(x).max(), size[np.isfinite(size)].max())))
-        self.queue = new_queue(x, radius, tolerance * size, grain, pairs or 40 * n + 100, 4000, 200_000)
+        self.queue = new_queue(x, radius, tolerance * size, grain, 40 * n + 100, 4000, 200_000)
         self.time = 0.0
         self.zero = np.zeros((n, 3))
         self.torque = self.zero
@@ -123,6 +136,25 @@ class Play:
         code = self.play(dt)
         self.time += dt
         return code
+
+    def gap(self, time):
+        """The least gap of all pairs of meshes, and of meshes and planes, at a local time."""
+        self.fly(time)
+        kind, shape, least = self.scene.solids.kind, self.scene.solids.shape, inf
+        x, R, m = self.scene.x, self.scene.R, self.scene.solids.meshes
+        meshes, reacts = np.flatnonzero(kind == MESH), self.scene.bodies.reacts
+        pairs = np.array([(i, j) for i in meshes for j in meshes if i < j and (reacts[i] or reacts[j])]).reshape(-1, 2)
+        if len(pairs):
+            count = len(pairs)
+            distance, points = np.empty(count), [np.empty((count, 3)) for _ in range(3)]
+            witness = np.full((count, 2), -1)
+            closest_points_of_pairs(m, shape, x, R, pairs, np.full(count, inf), witness, distance, *points)
+            least = distance.min()
+        for p in np.flatnonzero(kind == PLANE):
+            for i in meshes:
+                corners = m.vertices[m.vertex_start[shape[i]] : m.vertex_start[shape[i] + 1]]
+                least = min(least, ((corners @ R[i].T + x[i] - x[p]) @ (R[p] @ self.scene.solids.normal[p])).min())
+        return least
 
     def energy(self):
         bodies, total = self.scene.bodies, 0.0

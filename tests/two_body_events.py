@@ -57,6 +57,13 @@ class TwoBodies:
         for i in range(2):
             fly(self.flights, self.bodies, i, time, self.x[i], self.v[i], self.R[i], self.L[i], self.w[i])
 
+    def take_off(self, time):
+        """Both go on from where they are at a time, on new flights."""
+        self.place(time)
+        for i in range(2):
+            begin(self.flights, self.bodies, i, time, self.x[i], self.v[i], self.R[i], self.L[i], self.w[i])
+        forget_flight(self.memory, time)
+
     def gap(self, time):
         relative = relate(self.flights, self.bodies, time, self.work.states, self.work.R)
         return closest_points(self.m, 0, 1, self.work.R, relative.offset, inf, *self.witness, self.walk)[0]

@@ -45,14 +45,13 @@ def rules_of(scene: SceneModel) -> Rules:
     shape = (len(names), len(names))
     restitution = np.array([settings.restitution_between(a, b) for a, b in pairs], dtype=np.float64).reshape(shape)
     friction = np.array([settings.friction_between(a, b) for a, b in pairs], dtype=np.float64).reshape(shape)
-    sizes = [body.shape.size for body in bodies if isinstance(body.shape, TriangleMesh)]
     return Rules(
         material=np.array([names.index(body.material or "") for body in bodies]),
         restitution=restitution,
         friction=friction,
         law=TOGETHER if settings.simultaneous == "together" else SEQUENTIAL,
         angle=settings.patch_angle if settings.parallel == "patch" else 0.0,
-        level=1.5 * settings.patch_angle * max(sizes, default=0.0),
+        duration=0.0,
         resting=True,
         merging=settings.merge,
     )

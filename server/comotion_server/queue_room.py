@@ -13,8 +13,9 @@ from comotion_server.kernels.pair_memory import Pairs, new_pairs
 def enlarged(queue: Queue, code: int) -> Queue:
     """The same queue with twice the room for what `play` ran out of."""
     if code == events.LOG_FULL:
-        log = type(queue.log)(*(_grown(column) for column in queue.log[:-2]), *queue.log[-2:])
-        return queue._replace(log=log)
+        kept = {"count", "books"}
+        columns = {name: _grown(getattr(queue.log, name)) for name in queue.log._fields if name not in kept}
+        return queue._replace(log=queue.log._replace(**columns))
     if code == events.CONTACTS_FULL:
         return queue._replace(cluster=_more_contacts(queue.cluster))
     pairs = _more_pairs(queue.pairs)

@@ -111,15 +111,16 @@ def test_powers_of_two_scale_times_bit_by_bit():
 
 @pytest.mark.parametrize("gap", [0.3, 0.9])
 def test_touching_is_a_contact_if_it_closes_and_none_if_it_opens(gap):
-    """Starting with a gap within the tolerance."""
+    """Starting with a gap within the tolerance: below the target, half of it, at once, above it when it has come down."""
     cube, tolerance = box([1.0, 1.0, 1.0]), 1e-9
     still = Motion((np.eye(3), np.zeros(3)))
-    for speed, spin, status in ((-1.0, 0.0, "touching"), (1.0, 0.0, "none"), (1e-6, 0.0, "none"), (0.0, 0.0, "none")):
+    closes = "touching" if gap < 0.5 else "hit"
+    for speed, spin, status in ((-1.0, 0.0, closes), (1.0, 0.0, "none"), (1e-6, 0.0, "none"), (0.0, 0.0, "none")):
         at = (np.eye(3), [0.2, 0.1, 1.0 + gap * tolerance])
         moving = Motion(at, [0.0, 0.0, speed], [0.0, 0.0, spin])
         answer = time_of_impact(cube, still, cube, moving, 10.0, tolerance=tolerance)
         assert answer.status == status
-        assert answer.safe_until == (0.0 if status == "touching" else 10.0)
+        assert answer.safe_until == pytest.approx({"touching": 0.0, "hit": 0.4e-9, "none": 10.0}[status], abs=1e-14)
 
 
 def test_an_edge_leaves_an_edge_that_it_touches_although_its_ends_dip_under_the_plane_of_contact():

@@ -10,11 +10,11 @@ ledger (7,): momentum (3), angular momentum about c (3), energy.
 from math import sqrt
 
 from comotion_server.kernels.flight import SPIN_FREE
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import cross
 
 
-@jit
+@lean_jit
 def carried(bodies, i, x, v, L, w, c, ledger):
     """Adds what body i carries in its free directions to the ledger; a body that does not react carries nothing."""
     if not bodies.reacts[i]:
@@ -32,7 +32,7 @@ def carried(bodies, i, x, v, L, w, c, ledger):
         ledger[6] += 0.5 * (p[k] * v[i, k] + L[i, k] * w[i, k])
 
 
-@jit
+@lean_jit
 def taken(bodies, i, x, v, w, c, J, turning, ledger):
     """Adds to the ledger what impulse J at c gives to body i, or the work of a body that does not react."""
     if not bodies.reacts[i]:
@@ -52,7 +52,7 @@ def taken(bodies, i, x, v, w, c, J, turning, ledger):
             ledger[3 + k] += t[k]
 
 
-@jit
+@lean_jit
 def size_of(bodies, i, x, v, L, c):
     """Scales of body i for relative errors: |p| [kg m/s] and |r| |p| + |L| [kg m2/s]."""
     if not bodies.reacts[i]:
@@ -66,7 +66,7 @@ def size_of(bodies, i, x, v, L, c):
     return sqrt(momentum), sqrt(arm * momentum) + sqrt(spin)
 
 
-@jit
+@lean_jit
 def errors(before, after, given, scale, out):
     """Relative errors (3,) of momentum, angular momentum and energy; `scale` (3,) says relative to what."""
     p = h = 0.0

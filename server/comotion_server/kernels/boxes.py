@@ -5,13 +5,13 @@ R (3, 3) and t turn points y of body b's frame into body a's: R y + t.
 
 from math import inf, sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import add, dot, rotated, row, sub
 
 PARALLEL = 1e-6  # squared sine of two box axes below which their cross product is not used
 
 
-@jit
+@lean_jit
 def _radius_along(m, node, n):
     return (
         m.half[node, 0] * abs(m.axes[node, 0, 0] * n[0] + m.axes[node, 0, 1] * n[1] + m.axes[node, 0, 2] * n[2])
@@ -20,19 +20,19 @@ def _radius_along(m, node, n):
     )
 
 
-@jit
+@lean_jit
 def highest(m, node, n):
     """The most that n . x reaches in a node's box, n in the body's frame."""
     return dot(row(m.centre, node), n) + _radius_along(m, node, n)
 
 
-@jit
+@lean_jit
 def lowest(m, node, n):
     """The least that n . x reaches in a node's box, n in the body's frame."""
     return dot(row(m.centre, node), n) - _radius_along(m, node, n)
 
 
-@jit
+@lean_jit
 def divides_a(m, node_a, node_b):
     """Whether a walk goes on with the children of node a rather than those of node b: the larger one, if it has any."""
     if m.child[node_a] < 0 or m.child[node_b] < 0:
@@ -41,7 +41,7 @@ def divides_a(m, node_a, node_b):
     return size_a >= m.half[node_b, 0] + m.half[node_b, 1] + m.half[node_b, 2]
 
 
-@jit
+@lean_jit
 def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
     """Gap along the cross product of one axis of each box: the arguments are those of the two other axes."""
     squared = 1.0 - m * m
@@ -50,14 +50,14 @@ def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
     return (abs(c2 * m1 - c1 * m2) - a1 * abs(m2) - a2 * abs(m1) - b1 * abs(k2) - b2 * abs(k1)) / sqrt(squared)
 
 
-@jit
+@lean_jit
 def _outside(x, y, z):
     """Distance that the gaps along three orthogonal axes prove."""
     x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
     return sqrt(x * x + y * y + z * z)
 
 
-@jit
+@lean_jit
 def box_gap(m, node_a, node_b, R, t, enough):
     """A proven lower bound of the distance of two boxes, as good as it gets or at least `enough` [m]."""
     c = sub(add(rotated(R, row(m.centre, node_b)), t), row(m.centre, node_a))

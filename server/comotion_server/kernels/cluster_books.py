@@ -10,11 +10,11 @@ from comotion_server.kernels.books import carried, errors, size_of
 from comotion_server.kernels.cluster_rows import arm_to_middle
 from comotion_server.kernels.flight import SPIN_FREE
 from comotion_server.kernels.impact_cluster import LOST, WORK
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.vectors import cross, row, scaled, sub
 
 
-@jit
+@lean_jit
 def carried_by(bodies, members, x, v, L, w, c, ledger, scale):
     """What the bodies in `members` (k,) carry, to ledger (7,), and the scales (3,) of their momenta, added."""
     ledger[:] = 0.0
@@ -26,7 +26,7 @@ def carried_by(bodies, members, x, v, L, w, c, ledger, scale):
     scale[2] += ledger[6]
 
 
-@jit
+@lean_jit
 def _taken_up(bodies, i, x, arm, J, c, ledger):
     """Adds what impulse J at `arm` from the centre of body i gives to what it carries."""
     if not bodies.reacts[i]:
@@ -39,9 +39,9 @@ def _taken_up(bodies, i, x, arm, J, c, ledger):
         ledger[3 + k] += m[k] + (turn[k] if spin in (SPIN_FREE, k) else 0.0)
 
 
-@jit
+@lean_jit
 def given_by(bodies, contacts, count, x, impulse, book, c, ledger):
-    """What `count` contacts with impulse (c,3) on b give to the bodies, and the energy by the law's book, to the ledger."""
+    """What `count` contacts with impulse (c,3) on b give to the bodies, and the energy by the law's book."""
     ledger[:] = 0.0
     for i in range(count):
         J = row(impulse, i)

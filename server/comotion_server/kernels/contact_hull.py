@@ -74,12 +74,12 @@ def _comes_first(kind, feature, points, k):
 
 
 @lean_jit
-def add_point(points, count, view, kind, feature, p, q):
+def add_point(points, count, view, kind, f0, f1, f2, f3, f4, p, q):
     """Put the point p on a, q on b among those of a patch; how many there are, or FULL.
 
-    Of points at one place the first in the order of kinds and features stays, whatever came first.
+    kind and features f0 ... f4 as in `Contacts`. Of points at one place the first in the order of kinds and features stays, whatever came first.
     """
-    gap = dot(view.n, sub(q, p))
+    feature, gap = (f0, f1, f2, f3, f4), dot(view.n, sub(q, p))
     if count == FULL or not -view.limit <= gap <= view.limit:
         return count
     x, y, place = dot(view.across, p), dot(view.up, p), count

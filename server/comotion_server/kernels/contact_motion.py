@@ -14,7 +14,7 @@ from typing import NamedTuple
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
 from comotion_server.kernels.contact_overlap import crossing, foot
 from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.vectors import (
@@ -59,19 +59,19 @@ class Pair(NamedTuple):
     spin_b: Vector
 
 
-@jit
+@lean_jit
 def _of_a(m, pair, R, v):
     """Vertex v of body a."""
     return rotated(R[pair.a], row(m.vertices, v))
 
 
-@jit
+@lean_jit
 def _of_b(m, pair, R, v):
     """Vertex v of body b."""
     return add(rotated(R[pair.b], row(m.vertices, v)), pair.offset)
 
 
-@jit
+@lean_jit
 def _face(solids, body, R, t):
     """(outward unit normal in the world, a point of the face in the body's axes) of triangle t, or of the plane."""
     if solids.kind[body] == PLANE:
@@ -80,7 +80,7 @@ def _face(solids, body, R, t):
     return rotated(R[body], row(m.normals, t)), row(m.vertices, m.triangles[t, 0])
 
 
-@jit
+@lean_jit
 def _corner_on_face(solids, contacts, i, pair, R):
     """A corner of a on a face of b, which it may cross from triangle to triangle."""
     m, b = solids.meshes, pair.b
@@ -94,7 +94,7 @@ def _corner_on_face(solids, contacts, i, pair, R):
     return Geometry(n, cross(pair.spin_b, n), p, q, margin)
 
 
-@jit
+@lean_jit
 def _face_under_corner(solids, contacts, i, pair, R):
     """The same the other way round."""
     m, a = solids.meshes, pair.a
@@ -106,13 +106,13 @@ def _face_under_corner(solids, contacts, i, pair, R):
     return Geometry(n, cross(pair.spin_a, n), foot(q, n, n, rotated(R[a], point)), q, margin)
 
 
-@jit
+@lean_jit
 def _from_ends(s, u):
     """Distance [m] of the point at s in [0, 1] of an edge u from its nearer end, negative outside."""
     return min(s, 1.0 - s) * length(u)
 
 
-@jit
+@lean_jit
 def _two_edges(solids, contacts, i, pair, R):
     """Two edges with the normal of both, or with that of a face one of them bounds."""
     m, kind, f = solids.meshes, contacts.kind[i], contacts.feature[i]
@@ -132,7 +132,7 @@ def _two_edges(solids, contacts, i, pair, R):
     return Geometry(n, turning, p, q, margin)
 
 
-@jit
+@lean_jit
 def _two_points(solids, contacts, i, pair, R):
     """A corner against a corner, or against an edge."""
     m, f = solids.meshes, contacts.feature[i]
@@ -153,13 +153,13 @@ def _two_points(solids, contacts, i, pair, R):
     return Geometry(n, turning, p, q, margin)
 
 
-@jit
+@lean_jit
 def _relative_velocity(pair, p, q):
     """Velocity of the point q of b against the point p of a."""
     return sub(add(pair.velocity, cross(pair.spin_b, sub(q, pair.offset))), cross(pair.spin_a, p))
 
 
-@jit
+@lean_jit
 def refresh(solids, contacts, i, x, v, R, w):
     """Row i of the contacts at another pose and other velocities of its two bodies: (margin, opening, bias).
 

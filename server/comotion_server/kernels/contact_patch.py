@@ -61,8 +61,8 @@ def _add_corner(m, side, k, other, view, points, count):
     v, p = m.triangles[side.triangle, k], side.points[k]
     q = foot(p, view.n, other.face, other.points[0])
     if side.body == OF_B:
-        return add_point(points, count, view, FACE_CORNER, (other.triangle, -1, v, -1, -1), q, p)
-    return add_point(points, count, view, CORNER_FACE, (v, -1, other.triangle, -1, -1), p, q)
+        return add_point(points, count, view, FACE_CORNER, other.triangle, -1, v, -1, -1, q, p)
+    return add_point(points, count, view, CORNER_FACE, v, -1, other.triangle, -1, -1, p, q)
 
 
 @lean_jit
@@ -81,7 +81,7 @@ def _add_crossing(m, side_a, k, side_b, l, face_of_a, view, points, count):
         a_from, a_to, sine = a_to, a_from, -sine
     if sine < 0.0:  # the order of b's ends tells the sense of the normal, a's edge x b's edge
         b_from, b_to = b_to, b_from
-    return add_point(points, count, view, kind, (a_from, a_to, b_from, b_to, face), along(a0, s, u), along(b0, t, v))
+    return add_point(points, count, view, kind, a_from, a_to, b_from, b_to, face, along(a0, s, u), along(b0, t, v))
 
 
 @lean_jit
@@ -92,8 +92,8 @@ def _add_corner_on_edge(m, side, k, other, l, view, points, count):
     p = side.points[k]
     q = point_on_edge(other, l, on_edge(p, other, l))
     if side.body == OF_B:
-        return add_point(points, count, view, POINTS, (w0, w1, v, -1, -1), q, p)
-    return add_point(points, count, view, POINTS, (v, -1, w0, w1, -1), p, q)
+        return add_point(points, count, view, POINTS, w0, w1, v, -1, -1, q, p)
+    return add_point(points, count, view, POINTS, v, -1, w0, w1, -1, p, q)
 
 
 @lean_jit
@@ -144,8 +144,8 @@ def _add_corners_on_corners(m, side_a, side_b, bits, R, rules, view, points, cou
                 and _shows_corner(m, side_b, l, R, rules.slope)
             ):
                 v, w = m.triangles[side_a.triangle, k], m.triangles[side_b.triangle, l]
-                feature = (v, -1, w, -1, -1)
-                count = add_point(points, count, view, POINTS, feature, side_a.points[k], side_b.points[l])
+                p, q = side_a.points[k], side_b.points[l]
+                count = add_point(points, count, view, POINTS, v, -1, w, -1, -1, p, q)
     return count
 
 

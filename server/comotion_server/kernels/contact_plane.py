@@ -62,7 +62,7 @@ def add_corners(m, shape, up, height, rotation, offset, mesh_is_a, slope, view, 
                     continue
                 p = add(rotated(rotation, row(m.vertices, v)), offset)
                 if mesh_is_a:
-                    count = add_point(points, count, view, CORNER_FACE, (v, -1, -1, -1, -1), p, along(p, gap, view.n))
+                    count = add_point(points, count, view, CORNER_FACE, v, -1, -1, -1, -1, p, along(p, gap, view.n))
                 else:
-                    count = add_point(points, count, view, FACE_CORNER, (-1, -1, v, -1, -1), along(p, -gap, view.n), p)
+                    count = add_point(points, count, view, FACE_CORNER, -1, -1, v, -1, -1, along(p, -gap, view.n), p)
     return count

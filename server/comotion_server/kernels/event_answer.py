@@ -7,14 +7,14 @@ from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS
 from comotion_server.kernels.impact_cluster import BLOCKED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.time_of_impact import CLOSING
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
 
 LEVEL = 1.5  # times angle and size: how far apart faces that are level to within the angle may be at their far ends
 
 
-@jit
+@lean_jit
 def opening_speed(scene, contacts, i):
     """Speed [m/s] at which contact i opens."""
     a, b, n = contacts.bodies[i, 0], contacts.bodies[i, 1], row(contacts.normal, i)
@@ -23,7 +23,7 @@ def opening_speed(scene, contacts, i):
     return dot(n, sub(speed_b, speed_a))
 
 
-@jit
+@lean_jit
 def note_impacts(queue, scene):
     """A row of the log for each contact point that took part, and the sums and memory of the pairs."""
     cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.now[0]
@@ -41,11 +41,11 @@ def note_impacts(queue, scene):
         if approach <= 0.0 and length(J) == 0.0:
             continue
         b = contacts.bodies[i, 1]
-        log.bodies[count] = contacts.bodies[i]
+        log.bodies[count, 0], log.bodies[count, 1] = contacts.bodies[i, 0], b
         log.time[count] = time
         log.contact_time[count] = time + contacts.gap[i] / approach if approach > 0.0 else time
         log.point[count] = add(row(scene.x, b), row(contacts.arm_b, i))
-        log.normal[count] = contacts.normal[i]
+        log.normal[count] = row(contacts.normal, i)
         log.impulse[count] = J
         log.approach[count] = approach
         log.restitution[count] = cluster.restitution[i]
@@ -55,13 +55,13 @@ def note_impacts(queue, scene):
     log.count[IMPACTS] += 1
 
 
-@jit
+@lean_jit
 def _level_gap(rules, size, reach, closing):
-    """Up to which gap [m] the points of level faces belong to a contact: faces of this size, tilted within the angle."""
+    """Up to which gap [m] points of level faces belong to a contact: faces of this size, tilted within the angle."""
     return max(reach, LEVEL * rules.angle * size, rules.duration * closing)
 
 
-@jit
+@lean_jit
 def contacts_of(queue, scene, rules):
     """The contact points of all pairs of the cluster; False where there is no room for them."""
     cluster, solids = queue.cluster, scene.solids

@@ -4,14 +4,14 @@ import numpy as np
 
 from comotion_server.kernels.event_scene import BODIES, DELTA, PAIRS
 from comotion_server.kernels.flight import fly, motion_of
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.pair_memory import partner
 from comotion_server.kernels.solid_impact import gap_within
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.vectors import dot, sub
 
 
-@jit
+@lean_jit
 def _spheres_apart(scene, i, j, time, delta):
     """Whether the spheres about two meshes are more than delta [m] apart."""
     solids = scene.solids
@@ -22,13 +22,13 @@ def _spheres_apart(scene, i, j, time, delta):
     return dot(D, D) > far * far
 
 
-@jit
+@lean_jit
 def place_body(scene, i, time):
     """Fly body i to a time; its state is then in the scene's arrays."""
     fly(scene.flights, scene.bodies, i, time, scene.x[i], scene.v[i], scene.R[i], scene.L[i], scene.w[i])
 
 
-@jit
+@lean_jit
 def _include(queue, scene, i, time):
     """Body i belongs to the cluster."""
     cluster = queue.cluster
@@ -39,7 +39,7 @@ def _include(queue, scene, i, time):
         place_body(scene, i, time)
 
 
-@jit
+@lean_jit
 def touches(queue, scene, k, i, j, time):
     """Whether the bodies i, in the cluster already, and j of pair k touch at a time."""
     pairs, delta = queue.pairs, DELTA * queue.pairs.tolerance[k]
@@ -51,14 +51,14 @@ def touches(queue, scene, k, i, j, time):
     return gap_within(scene.solids, a, b, scene.x, scene.R, delta, pairs.memory[k], pairs.witness[k], queue.work)
 
 
-@jit
+@lean_jit
 def _begin(cluster):
     """A new cluster, empty."""
     cluster.size[:] = 0
     cluster.tick[0] += 1
 
 
-@jit
+@lean_jit
 def _grow(queue, scene, time):
     """Include all that touch the bodies of the cluster, and so on."""
     cluster, pairs = queue.cluster, queue.pairs
@@ -79,7 +79,7 @@ def _grow(queue, scene, time):
     _sort_pairs(cluster, pairs)
 
 
-@jit
+@lean_jit
 def gather(queue, scene, seed, time):
     """The cluster of the pair in row `seed` at a time, to `queue.cluster`; its bodies' states are those at that time.
 
@@ -94,7 +94,7 @@ def gather(queue, scene, seed, time):
     _grow(queue, scene, time)
 
 
-@jit
+@lean_jit
 def gather_about(queue, scene, seeds, time):
     """The clusters of the bodies in `seeds` (k,), all as one, likewise."""
     _begin(queue.cluster)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 
 NOBODY = -1
 
@@ -36,18 +36,18 @@ def new_heap(capacity):
     )
 
 
-@jit
+@lean_jit
 def _set(heap, k, time, rank, item):
     heap.time[k], heap.rank[k], heap.item[k] = time, rank, item
     heap.place[item] = k
 
 
-@jit
+@lean_jit
 def _before(heap, k, time, rank):
     return heap.time[k] < time or (heap.time[k] == time and heap.rank[k] < rank)
 
 
-@jit
+@lean_jit
 def _rise(heap, k, time, rank, item):
     """Put an item at place k or above."""
     while k > 0:
@@ -59,7 +59,7 @@ def _rise(heap, k, time, rank, item):
     _set(heap, k, time, rank, item)
 
 
-@jit
+@lean_jit
 def _sink(heap, k, time, rank, item):
     """Put an item at place k or below."""
     size = heap.size[0]
@@ -74,7 +74,7 @@ def _sink(heap, k, time, rank, item):
     _set(heap, k, time, rank, item)
 
 
-@jit
+@lean_jit
 def put(heap, item, time, rank):
     """Give an item a time [s], whether it is in the heap or not."""
     k = heap.place[item]
@@ -87,7 +87,7 @@ def put(heap, item, time, rank):
     _rise(heap, k, time, rank, item)
 
 
-@jit
+@lean_jit
 def take_out(heap, item):
     """Take an item out, if it is in."""
     k = heap.place[item]
@@ -106,13 +106,13 @@ def take_out(heap, item):
         _sink(heap, k, time, rank, other)
 
 
-@jit
+@lean_jit
 def first(heap):
     """(time [s], item) of the first; (inf, NOBODY) of an empty heap."""
     return (heap.time[0], heap.item[0]) if heap.size[0] > 0 else (inf, NOBODY)
 
 
-@jit
+@lean_jit
 def second_time(heap):
     """The time [s] of the one after the first; inf where there is none."""
     time = heap.time[1] if heap.size[0] > 1 else inf

@@ -31,7 +31,7 @@ from comotion_server.kernels.event_scene import (
 from comotion_server.kernels.flight import begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
 from comotion_server.kernels.impact_log import ROWS, clear
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.neighbour_cells import is_amid, leaving_time, make_room, neighbours, rooms_meet
 from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
 from comotion_server.kernels.solid_impact import advance_pair
@@ -51,18 +51,18 @@ MOST_AT_ONCE = 100  # hits of one pair at one time; laws settle it in one or two
 QUERY_BUDGET = 1_000_000  # distance queries and steps of one pair in one go
 
 
-@jit
+@lean_jit
 def rank_of(queue, k):
     """Where pair k stands among items of the same time."""
     return queue.pairs.bodies[k, 0] * len(queue.held) + queue.pairs.bodies[k, 1]
 
 
-@jit
+@lean_jit
 def _put_pair(queue, k, time):
     put(queue.heap, 2 * len(queue.held) + k, time, rank_of(queue, k))
 
 
-@jit
+@lean_jit
 def set_timer(queue, i, time):
     """`play` returns ISLAND for body i at a local time [s]; inf: never."""
     item = len(queue.held) + i
@@ -72,7 +72,7 @@ def set_timer(queue, i, time):
         take_out(queue.heap, item)
 
 
-@jit
+@lean_jit
 def _time_room(queue, scene, i, time):
     """When body i leaves its room is an item of the heap, if ever."""
     leaves = leaving_time(queue.cells, scene.flights, i, time)
@@ -82,14 +82,14 @@ def _time_room(queue, scene, i, time):
         take_out(queue.heap, i)
 
 
-@jit
+@lean_jit
 def _may_meet(scene, i, j):
     """Whether a contact of two bodies means anything: one of them reacts, and not both are planes."""
     kind = scene.solids.kind
     return (scene.bodies.reacts[i] or scene.bodies.reacts[j]) and not (kind[i] == PLANE and kind[j] == PLANE)
 
 
-@jit
+@lean_jit
 def look_around(queue, scene, i, time):
     """Pairs of body i with all whose rooms meet its own, and no others; False where there are more than room for."""
     cells, pairs = queue.cells, queue.pairs
@@ -130,7 +130,7 @@ def _new_room(queue, scene, i, time):
     return True
 
 
-@jit
+@lean_jit
 def take_off(queue, scene, i, time):
     """Body i is on a new flight from a local time [s]: its pairs are asked again from then on."""
     pairs = queue.pairs
@@ -143,16 +143,16 @@ def take_off(queue, scene, i, time):
     _time_room(queue, scene, i, time)
 
 
-@jit
+@lean_jit
 def start(queue, scene):
     """Find the pairs of all bodies; False where there are more than room for."""
+    complete = True
     for i in range(len(queue.held)):
-        if not look_around(queue, scene, i, 0.0):
-            return False
-    return True
+        complete &= look_around(queue, scene, i, 0.0)
+    return complete
 
 
-@jit
+@lean_jit
 def begin_step(queue, scene, elapsed):
     """All bodies are on new flights from local time 0, which was `elapsed` [s] on the clock before."""
     pairs = queue.pairs
@@ -168,9 +168,9 @@ def begin_step(queue, scene, elapsed):
         _time_room(queue, scene, i, 0.0)
 
 
-@jit
+@lean_jit
 def _follow(queue, scene, k, until):
-    """How the time of impact of pair k ended, followed as long as it is the first in the heap; its time there is new."""
+    """How the time of impact of pair k ended, followed as long as it is the first in the heap; it gets a new time."""
     pairs = queue.pairs
     memory, a, b = pairs.memory[k], pairs.bodies[k, 0], pairs.bodies[k, 1]
     key = max(second_time(queue.heap), np.nextafter(memory[TIME], inf))
@@ -182,7 +182,7 @@ def _follow(queue, scene, k, until):
     return status
 
 
-@jit
+@lean_jit
 def _count_run(queue, k, time):
     """Note a hit of pair k, and how many it had at this very time; False where they do not end."""
     tally = queue.tally
@@ -193,7 +193,7 @@ def _count_run(queue, k, time):
     return tally[RUN] < MOST_AT_ONCE
 
 
-@jit
+@lean_jit
 def _for_caller(queue, scene, rules, time):
     """Whether the cluster is to be handed to the caller before anything is changed, and as what; else DONE."""
     cluster = queue.cluster
@@ -207,7 +207,7 @@ def _for_caller(queue, scene, rules, time):
     return REST if rules.resting and comes_to_rest(queue, scene, time) else DONE
 
 
-@jit
+@lean_jit
 def _hit(queue, scene, rules, k, time):
     """Answer the hit of pair k: DONE, or why the caller must go on."""
     cluster, tally = queue.cluster, queue.tally
@@ -222,7 +222,7 @@ def _hit(queue, scene, rules, k, time):
     code = _for_caller(queue, scene, rules, time)
     if code != DONE:
         return code
-    if not _count_run(queue, k, time):
+    if cluster.size[CONTACTS] == 0 or not _count_run(queue, k, time):
         return STALLED
     if answer(queue, scene, rules) == LAW_BLOCKED:
         return BLOCKED
@@ -248,7 +248,8 @@ def play(queue, scene, rules, until):
     SPENT      as many hits were answered as tally[LEFT] allowed
     STALLED    numbers are too coarse to follow pair tally[ROW]
     OVERLAPPING  the bodies of pair tally[ROW] intersect
-    The local time is in queue.now; the cluster, with its states at that time, in queue.cluster and the scene; all other bodies are where their flights have them then. Calling again goes on.
+    The local time is in queue.now; the cluster, with its states at that time, is in queue.cluster and the scene; all
+    other bodies are where their flights have them. Calling again goes on.
     """
     n = len(queue.held)
     while True:
@@ -267,10 +268,10 @@ def play(queue, scene, rules, until):
             return ISLAND
         k = item - 2 * n
         status = _follow(queue, scene, k, until)
-        if status == OVERLAPS or status == STALLS:
+        if status in (OVERLAPS, STALLS):
             queue.tally[ROW] = k
             return OVERLAPPING if status == OVERLAPS else STALLED
-        if (status == MEETS or status == TOUCHES) and first(queue.heap)[1] == item:
+        if status in (MEETS, TOUCHES) and first(queue.heap)[1] == item:
             queue.now[0] = queue.pairs.memory[k, TIME]
             code = _hit(queue, scene, rules, k, queue.now[0])
             if code != DONE:

@@ -1,15 +1,15 @@
 """Which clusters come to rest: hops lower than the distance within which bodies touch cannot be told from contact.
 
 A contact is pressed when its gap accelerates towards zero on the flights as they are. From a speed u it then hops by
-u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go to and fro between others
-come to rest as well: the way that a pair went apart since its last impact, (t - t_last) u, falls below some delta.
+u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go to and fro between
+others come to rest as well: the way that a pair went apart since its last impact, (t - t_last) u, falls below delta.
 """
 
 from math import sqrt
 
 from comotion_server.kernels.contact_motion import refresh
 from comotion_server.kernels.event_scene import CONTACTS, DELTA
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import angular_acceleration
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
 
@@ -17,14 +17,14 @@ EXCURSION = 4.0  # times delta: a pair that went no farther since its last impac
 STILL = 1e-13  # of the speeds of two points: slower against each other is not moving
 
 
-@jit
+@lean_jit
 def _acceleration(scene, i, arm, turned):
     """Acceleration [m/s2] of a point of body i that its arm would give without turning on: a + alpha x arm."""
     alpha = angular_acceleration(scene.flights, scene.bodies, i, scene.R, scene.L, scene.w, turned)
     return add(row(scene.flights.acceleration, i), cross(alpha, arm))
 
 
-@jit
+@lean_jit
 def gap_motion(scene, contacts, i, turned):
     """(speed, acceleration) with which contact i opens on the flights as they are; its row is taken afresh."""
     _, opening, bias = refresh(scene.solids, contacts, i, scene.x, scene.v, scene.R, scene.w)
@@ -35,7 +35,7 @@ def gap_motion(scene, contacts, i, turned):
     return opening, dot(n, pull) + bias
 
 
-@jit
+@lean_jit
 def _speed_scale(scene, contacts, i):
     """Size [m/s] of the speeds whose difference is that of contact i."""
     a, b = contacts.bodies[i, 0], contacts.bodies[i, 1]
@@ -43,7 +43,7 @@ def _speed_scale(scene, contacts, i):
     return scale + length(row(scene.v, b)) + length(row(scene.w, b)) * length(row(contacts.arm_b, i))
 
 
-@jit
+@lean_jit
 def hops_low(queue, scene, i, opening, acceleration):
     """Whether contact i is pressed and, moving at this speed, cannot leave."""
     cluster = queue.cluster
@@ -54,9 +54,9 @@ def hops_low(queue, scene, i, opening, acceleration):
     return slow or (cluster.restitution[i] < 1.0 and abs(opening) <= sqrt(-2.0 * acceleration * delta))
 
 
-@jit
+@lean_jit
 def comes_to_rest(queue, scene, time):
-    """Whether all contacts that close would hop no higher than they touch, or went no farther since their last impact."""
+    """Whether all contacts that close would hop no higher than they touch, or went no farther since they last hit."""
     cluster, pairs, turned = queue.cluster, queue.pairs, queue.turned
     closing = False
     for i in range(cluster.size[CONTACTS]):
@@ -72,7 +72,7 @@ def comes_to_rest(queue, scene, time):
     return closing
 
 
-@jit
+@lean_jit
 def stays_at_rest(queue, scene):
     """Whether some contact, after the impact, is pressed and does not leave."""
     cluster = queue.cluster

@@ -26,7 +26,7 @@ HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 10
 
 
 class Scene(NamedTuple):
-    """The bodies, n rows in the order of their names, and their states: at the time of whatever happened to each last."""
+    """The bodies, n rows in the order of their names, and their states, each at the time when it was last looked at."""
 
     bodies: Bodies
     solids: Solids

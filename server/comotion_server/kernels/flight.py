@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.rotation import (
     orthonormalise,
     product,
@@ -69,7 +69,7 @@ class Bodies(NamedTuple):
     reacts: np.ndarray  # (n,) bool: impacts change its motion
 
 
-@jit
+@lean_jit
 def count_substeps(moments, momentum, torque, duration):
     """Sub-steps of the splitting so that its error stays within the tolerance."""
     L = sqrt(momentum[0] ** 2 + momentum[1] ** 2 + momentum[2] ** 2)
@@ -83,7 +83,7 @@ def count_substeps(moments, momentum, torque, duration):
     return int(min(max(ceil(wanted), 1.0), float(MOST_SUBSTEPS)))
 
 
-@jit
+@lean_jit
 def split_step(P, L, moments, torque, h):
     """One symmetric step of second order; P principal axes to world and L are changed in place."""
     for k in range(3):
@@ -122,7 +122,7 @@ def split(R, L, moments, Q, torque, duration):
     product(P, Q.T, R)
 
 
-@jit
+@lean_jit
 def spin_symmetric(R, L, moments, Q, duration):
     """Attitude of a torque-free body with two equal inertias after `duration` [s]; R is changed in place."""
     axis = 2 if moments[1] - moments[0] <= moments[2] - moments[1] else 0
@@ -137,7 +137,7 @@ def spin_symmetric(R, L, moments, Q, duration):
     rotate_left(R, turn * L[0], turn * L[1], turn * L[2])
 
 
-@jit
+@lean_jit
 def angular_velocity_of(R, L, moments, Q, w):
     """World angular velocity w = R Q I^-1 Q^T R^T L."""
     b = rotated_back(R, L)
@@ -146,7 +146,7 @@ def angular_velocity_of(R, L, moments, Q, w):
     w[0], w[1], w[2] = rotated(R, b)
 
 
-@jit
+@lean_jit
 def inertia_about(R, moments, Q, k):
     """Moment of inertia about world axis k through the centre of mass: e_k . R Q I Q^T R^T e_k."""
     total = 0.0
@@ -156,7 +156,7 @@ def inertia_about(R, moments, Q, k):
     return total
 
 
-@jit
+@lean_jit
 def kind_of_spin(moments, L, torque):
     """The cheapest exact kind of flight for a body that turns freely."""
     if torque[0] != 0.0 or torque[1] != 0.0 or torque[2] != 0.0:
@@ -170,7 +170,7 @@ def kind_of_spin(moments, L, torque):
     return SYMMETRIC if low or high else SPLIT
 
 
-@jit
+@lean_jit
 def begin_axis(flights, i, wx, wy, wz):
     """Rotation at the constant world angular velocity (wx, wy, wz)."""
     rate = sqrt(wx * wx + wy * wy + wz * wz)
@@ -180,7 +180,7 @@ def begin_axis(flights, i, wx, wy, wz):
         flights.axis[i, 0], flights.axis[i, 1], flights.axis[i, 2] = wx / rate, wy / rate, wz / rate
 
 
-@jit
+@lean_jit
 def begin(flights, bodies, i, time, x, v, R, L, w):
     """Body i takes off at local `time` from its state, under the acceleration and torque its flight already holds."""
     orthonormalise(R)
@@ -208,7 +208,7 @@ def begin(flights, bodies, i, time, x, v, R, L, w):
         flights.rate[i, 0], flights.rate[i, 1] = L[spin] / inertia, flights.torque[i, spin] / inertia
 
 
-@jit
+@lean_jit
 def begin_all(flights, bodies, force, moment, x, v, R, L, w):
     """All bodies take off at local time 0 under a held wrench: force, moment (n,3) about the centres of mass, world."""
     for i in range(x.shape[0]):
@@ -233,7 +233,7 @@ def begin_drift(flights, x, v, R, L, w):
         begin_axis(flights, i, w[i, 0], w[i, 1], w[i, 2])
 
 
-@jit
+@lean_jit
 def motion_of(flights, i, time):
     """(x, v) of the centre of mass of body i at local `time`, as tuples."""
     t, a = time - flights.origin[i], row(flights.acceleration, i)
@@ -241,7 +241,7 @@ def motion_of(flights, i, time):
     return along(along(x, t, v), 0.5 * t * t, a), along(v, t, a)
 
 
-@jit
+@lean_jit
 def fly(flights, bodies, i, time, x, v, R, L, w):
     """State of body i at local `time`, written to x (3,), v (3,), R (3,3), L (3,), w (3,)."""
     t = time - flights.origin[i]
@@ -270,14 +270,14 @@ def fly(flights, bodies, i, time, x, v, R, L, w):
         angular_velocity_of(R, L, bodies.moments[i], bodies.principal[i], w)
 
 
-@jit
+@lean_jit
 def fly_all(flights, bodies, time, x, v, R, L, w):
     """States of all bodies at local `time`: x, v, L, w (n,3) and R (n,3,3)."""
     for i in range(x.shape[0]):
         fly(flights, bodies, i, time, x[i], v[i], R[i], L[i], w[i])
 
 
-@jit
+@lean_jit
 def fly_rows(rows, flights, bodies, time, x, v, R, L, w):
     """As `fly_all`, for the bodies in `rows` (k,) alone."""
     for i in rows:

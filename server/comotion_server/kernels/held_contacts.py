@@ -5,15 +5,15 @@ import numpy as np
 from comotion_server.kernels.cluster_rows import cluster_of, rows_along
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.contact_motion import refresh
-from comotion_server.kernels.contact_pairs import FULL
+from comotion_server.kernels.contact_normals import FULL
 from comotion_server.kernels.flight import begin
 from comotion_server.kernels.held_flight import turn_to
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.rotation import rotate_left
 from comotion_server.kernels.vectors import length, row
 
 
-@jit
+@lean_jit
 def contacts_of_pairs(solids, pairs, x, R, reach, angle, level, contacts, pair_of, work):
     """All contacts of pairs (p,2) within their reach (p,) [m], patches as in `manifold`: how many, or FULL.
 
@@ -29,7 +29,7 @@ def contacts_of_pairs(solids, pairs, x, R, reach, angle, level, contacts, pair_o
     return count
 
 
-@jit
+@lean_jit
 def opening_speeds(solids, contacts, count, state, speed, scale):
     """Speeds (c,) [m/s] at which the gaps open, and what the bodies' own speeds are there: rounding is of these."""
     x, v, R, _, w = state
@@ -66,7 +66,7 @@ def begin_rows(flights, bodies, rows, acceleration, torque, time, state):
     """Bodies in `rows` begin flights at a state under accelerations and torques (n,3)."""
     x, v, R, L, w = state
     for i in rows:
-        flights.acceleration[i], flights.torque[i] = acceleration[i], torque[i]
+        flights.acceleration[i], flights.torque[i] = row(acceleration, i), row(torque, i)
         begin(flights, bodies, i, time, x[i], v[i], R[i], L[i], w[i])
 
 

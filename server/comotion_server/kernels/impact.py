@@ -5,11 +5,11 @@ Legend: x, v, R, L, w state arrays of all bodies; n unit normal from body a to b
 """
 
 from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, inertia_about
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import cross
 
 
-@jit
+@lean_jit
 def closing_speed(v, w, x, a, b, p, q, n):
     """Speed [m/s] at which the points p of body a and q of body b approach along n; negative when they part."""
     total = 0.0
@@ -20,7 +20,7 @@ def closing_speed(v, w, x, a, b, p, q, n):
     return total
 
 
-@jit
+@lean_jit
 def inverse_mass_along(bodies, i, n):
     """N . W n [1/kg]: how easily an impulse along n moves the centre of mass of body i."""
     if not bodies.reacts[i]:
@@ -29,7 +29,7 @@ def inverse_mass_along(bodies, i, n):
     return n[0] ** 2 * W[0] + n[1] ** 2 * W[1] + n[2] ** 2 * W[2]
 
 
-@jit
+@lean_jit
 def inverse_inertia_along(bodies, i, R, x, point, n):
     """(r x n) . I^-1 (r x n) [1/kg]: how easily an impulse along n at `point` turns body i."""
     spin = bodies.spin[i]
@@ -51,7 +51,7 @@ def inverse_inertia_along(bodies, i, R, x, point, n):
     return total
 
 
-@jit
+@lean_jit
 def push(bodies, i, x, v, R, L, w, point, J, turning):
     """Impulse J (3,) [N s] on body i at `point`; without `turning` it acts as if at the centre of mass (P12)."""
     if not bodies.reacts[i]:
@@ -71,7 +71,7 @@ def push(bodies, i, x, v, R, L, w, point, J, turning):
         w[i, spin] = L[i, spin] / inertia_about(R[i], bodies.moments[i], bodies.principal[i], spin)
 
 
-@jit
+@lean_jit
 def impulse_of(bodies, a, b, x, v, R, w, p, q, n, restitution, parallel):
     """Normal impulse [N s] on b, the approach speed it answers [m/s], and whether it turns the bodies (P11, P12).
 

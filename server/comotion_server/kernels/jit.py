@@ -34,12 +34,12 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = _cache_folder()
 
 
-def jit(function, **options):
+def jit(function, _nrt=True):
     """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules)."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True, **options)(function)
+        return numba.njit(cache=True, error_model="numpy", nogil=True, _nrt=_nrt)(function)
     finally:
         numba.config.CACHE_DIR = before
 

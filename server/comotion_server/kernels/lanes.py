@@ -10,7 +10,7 @@ that hold no triangle. Bounds of lanes beyond the last one in use mean nothing.
 
 from math import sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 
 LANES = 8  # doubles in one register of AVX-512; half the registers do it in two turns
 CENTRE, AXES, HALF, CORNERS, ROWS = 0, 3, 12, 15, 24
@@ -19,7 +19,7 @@ ROUNDING = 2e-15  # added to a squared sine that is divided by, so that the boun
 NONE = -1e300  # a bound that says nothing, smaller than any other
 
 
-@jit
+@lean_jit
 def _outside(x, y, z):
     """Distance that the gaps along three orthogonal axes prove; of overlapping boxes the least overlap, negative."""
     deepest = max(x, y, z)
@@ -28,7 +28,7 @@ def _outside(x, y, z):
     return apart if deepest > 0.0 else deepest
 
 
-@jit
+@lean_jit
 def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
     """Gap along the cross product of one axis of each box: the arguments are those of the two other axes."""
     squared = 1.0 - m * m
@@ -37,7 +37,7 @@ def _edges_gap(c1, c2, a1, a2, b1, b2, m1, m2, k1, k2, m):
     return gap if squared >= PARALLEL else NONE
 
 
-@jit
+@lean_jit
 def box_bounds(blocks, node, box, normals, side, bounds):
     """Lower bounds (8,) of the distance of one box to eight: fifteen separating axes, and along a unit normal.
 

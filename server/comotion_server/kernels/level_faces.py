@@ -5,7 +5,7 @@ from it, an edge if neither of its faces rises, a face if it is level. A *slope*
 rising. Lines within a flat face are no edges: the direction at them is the face's normal and nothing else.
 """
 
-from math import inf, sqrt
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from comotion_server.kernels.features import EDGE, VERTEX, feature_at
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.mesh_pair import corners
 from comotion_server.kernels.topology import has_corner
-from comotion_server.kernels.vectors import cross, dot, row, sub
+from comotion_server.kernels.vectors import add, cross, dot, length, row, scaled, sub
 
 MOST_CROSSED = 256  # lines within a flat face that a point may cross from one look to the next
 
@@ -123,31 +123,36 @@ def is_edge(m, t, k, n, slope):
 
 
 @lean_jit
-def _beyond(m, t, p):
-    """(line within the face beyond which p lies farthest, or -1; distance of p inside the sharp edges)."""
+def _way_out(m, t, o, p):
+    """Where the way from o leaves triangle t on to p: (edge, -1 if it ends inside; distance of p inside that edge).
+
+    If it ends inside: the least distance from the sharp edges of the triangle, inf if it has none.
+    """
     points, normal = corners(m, t), row(m.normals, t)
-    line, outside, inside = -1, 0.0, inf
+    edge, first, outside, inside = -1, inf, 0.0, inf
     for k in range(3):
         u = sub(points[(k + 1) % 3], points[k])
-        distance = dot(cross(normal, u), sub(p, points[k])) / sqrt(dot(u, u))
+        across = scaled(cross(normal, u), 1.0 / length(u))
+        here, there = dot(across, sub(o, points[k])), dot(across, sub(p, points[k]))
+        if there < 0.0 and there < here and here / (here - there) < first:
+            edge, first, outside = k, here / (here - there), there
         if m.sharp[t, k] == 1:
-            inside = min(inside, distance)
-        elif distance < outside:
-            line, outside = k, distance
-    return line, inside
+            inside = min(inside, there)
+    return edge, outside if edge >= 0 else inside
 
 
 @lean_jit
 def follow(m, t, p):
-    """(triangle, margin): where in the flat face of triangle t the point p in its plane is, going over lines in it.
+    """(triangle, margin): where in the flat face of triangle t the point p in its plane is, straight over lines in it.
 
-    margin [m]: from the edges of that face which the triangle has, negative outside; inf where it has none.
+    margin [m]: from the edges of that face which the last triangle has, negative where the way left the face; inf where
+    it has none.
     """
-    line, margin = _beyond(m, t, p)
+    a, b, c = corners(m, t)
+    o = scaled(add(add(a, b), c), 1.0 / 3.0)
     for _ in range(MOST_CROSSED):
-        other = neighbour(m, t, line) if line >= 0 else -1
-        if other < 0:
-            break
-        t = other
-        line, margin = _beyond(m, t, p)
-    return t, margin
+        edge, margin = _way_out(m, t, o, p)
+        if edge < 0 or m.sharp[t, edge] == 1:
+            return t, margin
+        t = neighbour(m, t, edge)
+    return t, -inf

@@ -16,7 +16,7 @@ from math import inf
 
 import numpy as np
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.lane_tree import SIZE
 from comotion_server.kernels.lanes import AXES, HALF, LANES, box_bounds
 from comotion_server.kernels.triangle_distance import triangle_points
@@ -29,7 +29,7 @@ BOX_TURNS, TRIANGLE_TURNS, FULL_PAIRS = 0, 1, 2  # of what a walk counts
 SLACK = 2e-15  # of the bodies' sizes: rounding of a bound or a distance; surfaces nearer than this touch
 
 
-@jit
+@lean_jit
 def relative_rotation(rotation_a, rotation_b, R):
     """R = rotation_a^T rotation_b: from body b's frame to body a's."""
     for i in range(3):
@@ -41,7 +41,7 @@ def relative_rotation(rotation_a, rotation_b, R):
             )
 
 
-@jit
+@lean_jit
 def corners(m, triangle):
     """The three corners of a triangle in its body's frame."""
     return (
@@ -51,14 +51,14 @@ def corners(m, triangle):
     )
 
 
-@jit
+@lean_jit
 def corners_moved(m, triangle, R, t):
     """The three corners of a triangle of body b in body a's frame."""
     a, b, c = corners(m, triangle)
     return add(rotated(R, a), t), add(rotated(R, b), t), add(rotated(R, c), t)
 
 
-@jit
+@lean_jit
 def _triangle_pair(vertices, triangles, triangle_a, triangle_b, R, t):
     """`best` of one pair of triangles."""
     a, b, c = triangles[triangle_a, 0], triangles[triangle_a, 1], triangles[triangle_a, 2]
@@ -72,13 +72,13 @@ def _triangle_pair(vertices, triangles, triangle_a, triangle_b, R, t):
     return distance, p, q, n, triangle_a, triangle_b
 
 
-@jit
+@lean_jit
 def _worth(reach, slack, distance):
     """What a bound must be below to be worth a look: the reach, or clearly below the best distance so far."""
     return min(reach, max(distance - slack, 0.5 * distance))
 
 
-@jit
+@lean_jit
 def _touching(best):
     """`best` of surfaces that meet, to rounding: distance 0 and one common point; not a number stays what it is."""
     middle = scaled(add(best[1], best[2]), 0.5)
@@ -104,7 +104,7 @@ def work_space():
     )
 
 
-@jit
+@lean_jit
 def _set_turns(R, t, turns):
     """R, t and their inverse."""
     back = rotated_back(R, t)
@@ -114,7 +114,7 @@ def _set_turns(R, t, turns):
         turns[TO_A, i, 3], turns[TO_B, i, 3] = t[i], -back[i]
 
 
-@jit
+@lean_jit
 def _set_towards(n, turns, towards):
     """The direction n (body a's frame, from a to b) for lanes of body b, and reversed for lanes of body a."""
     for i in range(3):
@@ -122,7 +122,7 @@ def _set_towards(n, turns, towards):
         towards[TO_B, i] = turns[TO_B, i, 0] * n[0] + turns[TO_B, i, 1] * n[1] + turns[TO_B, i, 2] * n[2]
 
 
-@jit
+@lean_jit
 def _turn_box(boxes, slot, turns, side, box):
     """The box (16,) of a slot in the other body's frame."""
     for i in range(3):
@@ -134,7 +134,7 @@ def _turn_box(boxes, slot, turns, side, box):
         box[HALF + i] = boxes[slot, HALF + i]
 
 
-@jit
+@lean_jit
 def _turn_corners(vertices, triangles, triangle, turns, side, corners):
     """The corners (9,) of a triangle in the other body's frame."""
     for c in range(3):
@@ -144,7 +144,7 @@ def _turn_corners(vertices, triangles, triangle, turns, side, corners):
             corners[3 * c + i] = x * vertices[v, 0] + y * vertices[v, 1] + z * vertices[v, 2] + turns[side, i, 3]
 
 
-@jit
+@lean_jit
 def _push(slots, gaps, top, bottom, slot_a, slot_b, gap):
     """Put a pair on the stack, above `bottom` in the order of falling bounds; the height of the stack."""
     k = top
@@ -155,7 +155,7 @@ def _push(slots, gaps, top, bottom, slot_a, slot_b, gap):
     return top + 1
 
 
-@jit
+@lean_jit
 def _nearest(bounds, used, limit):
     """The lane with the least bound below the limit; -1 where there is none."""
     lane = -1
@@ -165,7 +165,7 @@ def _nearest(bounds, used, limit):
     return lane
 
 
-@jit
+@lean_jit
 def _triangles_below(vertices, triangles, link, blocks, below, used, one, below_a, R, t, room, reach, slack, found):
     """(lower bound of what was passed over, best) after one triangle against those below a node, the nearest first.
 
@@ -198,7 +198,7 @@ def _triangles_below(vertices, triangles, link, blocks, below, used, one, below_
     return lower, best
 
 
-@jit
+@lean_jit
 def closest_points(m, shape_a, shape_b, R, t, reach, witness_a, witness_b, work):
     """`best` of two meshes, exact if its distance is below `reach` [m].
 

@@ -17,7 +17,7 @@ from comotion_server.kernels.flight import (
     count_substeps,
     fly,
 )
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_pair import relative_rotation
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated_back, row, scaled, sub
 
@@ -46,7 +46,7 @@ class Spin(NamedTuple):
     axis: tuple[float, float, float]  # that axis, unit, in the axes of a at the beginning of the window
 
 
-@jit
+@lean_jit
 def angular_acceleration(flights, bodies, i, R, L, w, turned):
     """World angular acceleration [rad/s2], as a tuple; turned (3,): work space."""
     kind = flights.kind[i]
@@ -62,7 +62,7 @@ def angular_acceleration(flights, bodies, i, R, L, w, turned):
     return turned[0], turned[1], turned[2]
 
 
-@jit
+@lean_jit
 def relate(flights, bodies, time, states, R):
     """`Relative` of bodies a and b, rows 0 and 1, at local `time` [s].
 
@@ -85,19 +85,22 @@ def relate(flights, bodies, time, states, R):
     )
 
 
-@jit
+@lean_jit
 def take_over(flights, bodies, a, b, own_flights, own_bodies):
     """Rows 0 and 1 of `own_flights` and `own_bodies` become those of bodies a and b."""
     for k, i in ((0, a), (1, b)):
         own_flights.origin[k], own_flights.kind[k] = flights.origin[i], flights.kind[i]
-        own_flights.position[k], own_flights.velocity[k] = flights.position[i], flights.velocity[i]
-        own_flights.acceleration[k], own_flights.rotation[k] = flights.acceleration[i], flights.rotation[i]
-        own_flights.momentum[k], own_flights.torque[k] = flights.momentum[i], flights.torque[i]
-        own_flights.axis[k], own_flights.rate[k] = flights.axis[i], flights.rate[i]
-        own_bodies.moments[k], own_bodies.principal[k] = bodies.moments[i], bodies.principal[i]
+        own_flights.rate[k, 0], own_flights.rate[k, 1] = flights.rate[i, 0], flights.rate[i, 1]
+        own_flights.position[k], own_flights.velocity[k] = row(flights.position, i), row(flights.velocity, i)
+        own_flights.acceleration[k], own_flights.axis[k] = row(flights.acceleration, i), row(flights.axis, i)
+        own_flights.momentum[k], own_flights.torque[k] = row(flights.momentum, i), row(flights.torque, i)
+        own_bodies.moments[k] = row(bodies.moments, i)
+        for j in range(3):
+            own_flights.rotation[k, j] = row(flights.rotation[i], j)
+            own_bodies.principal[k, j] = row(bodies.principal[i], j)
 
 
-@jit
+@lean_jit
 def settle(flights, bodies, time, states):
     """Let flights whose attitude is costly to find from their origin go on from `time`, where `states` are theirs.
 
@@ -113,12 +116,13 @@ def settle(flights, bodies, time, states):
         if count_substeps(bodies.moments[k], flights.momentum[k], flights.torque[k], past) > CHEAP:
             legs += 1
             flights.origin[k] = time
-            flights.position[k], flights.velocity[k] = x[k], v[k]
-            flights.rotation[k], flights.momentum[k] = rotation[k], L[k]
+            flights.position[k], flights.velocity[k], flights.momentum[k] = row(x, k), row(v, k), row(L, k)
+            for j in range(3):
+                flights.rotation[k, j] = row(rotation[k], j)
     return legs
 
 
-@jit
+@lean_jit
 def spin_line(flights, bodies, i, L, w):
     """(rate, growth): the angular speed is at most rate + growth s for all s >= 0.
 
@@ -136,7 +140,7 @@ def spin_line(flights, bodies, i, L, w):
     return rate, length(row(flights.torque, i)) / least
 
 
-@jit
+@lean_jit
 def spin_over(flights, bodies, i, L, w, rotation_a, horizon):
     """`Spin` over the next `horizon` [s], from Euler's I w' = M - w x I w (docs/time_of_impact.md, 2)."""
     kind = flights.kind[i]
@@ -156,7 +160,7 @@ def spin_over(flights, bodies, i, L, w, rotation_a, horizon):
     return Spin(top, change, top * (growth + change * spread + change), 0, ZERO)
 
 
-@jit
+@lean_jit
 def spins_over(flights, bodies, states, horizon):
     """`Spin` of both bodies from the states that `relate` left."""
     _, _, rotation, L, w, _ = states
@@ -166,7 +170,7 @@ def spins_over(flights, bodies, states, horizon):
     )
 
 
-@jit
+@lean_jit
 def approach_line(flights, bodies, relative, states, radius_a, radius_b):
     """Proven speed limits: (speed, growth, rate, rate_growth).
 
@@ -181,7 +185,7 @@ def approach_line(flights, bodies, relative, states, radius_a, radius_b):
     return speed, growth, rate_a + rate_b, growth_a + growth_b
 
 
-@jit
+@lean_jit
 def first_root(c, f, k):
     """The first s >= 0 with c + f s + k s^2 / 2 = 0 for c >= 0; inf: none."""
     squared = f * f - 2.0 * k * c
@@ -193,13 +197,13 @@ def first_root(c, f, k):
     return 2.0 * c / (root - f) if root > f else (0.0 if c == 0.0 and k < 0.0 else inf)
 
 
-@jit
+@lean_jit
 def covering_time(distance, speed, growth):
     """The time [s] in which `distance` [m] is covered: speed s + growth s^2 / 2 = distance."""
     return first_root(max(distance, 0.0), -speed, -growth)
 
 
-@jit
+@lean_jit
 def sphere_time(relative, reach):
     """A proven lower bound [s] of the time at which the centres come within `reach` [m], which they are beyond now.
 

@@ -1,10 +1,10 @@
-"""Who may meet whom: every body has a sphere of its own room, somewhat larger than itself, that it stays in for a while.
+"""Who may meet whom: every body has a room of its own, a sphere somewhat larger than itself that it stays in a while.
 
 Two bodies can only meet while their rooms do. A body that comes to the end of its room gets a new one around it: only
 then neighbours are looked for, in the 27 cells about it, so that the work follows what moves. Cells are as wide as the
-largest room and hashed (Teschner, Heidelberger, Mueller, Pomeranets, Gross 2003, "Optimized spatial hashing for collision
-detection of deformable objects"): space has no end, and two cells that share a list cost time alone. The few bodies
-that are much larger than most (a hull, banks, a container, a plane) are in no cell and compared with all.
+largest room and hashed (Teschner, Heidelberger, Mueller, Pomeranets, Gross 2003, "Optimized spatial hashing for
+collision detection of deformable objects"): space has no end, and two cells that share a list cost time alone. The
+few bodies that are much larger than most (a hull, banks, a container, a plane) are in no cell and compared with all.
 """
 
 from math import floor, inf
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comotion_server.kernels.flight import motion_of
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.motion_bounds import covering_time
 from comotion_server.kernels.vectors import along, dot, length, row, sub
 
@@ -39,19 +39,19 @@ class Cells(NamedTuple):
     seen: np.ndarray  # (n + 1,) int64 when a body was last noted as a neighbour; the last one counts
 
 
-@jit
+@lean_jit
 def _bucket(cells, x, y, z):
     return ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791)) & (len(cells.head) - 1)
 
 
-@jit
+@lean_jit
 def cell_of(cells, i):
     """The cell (x, y, z) in which the room of body i has its centre."""
     c, width = row(cells.centre, i), cells.width[0]
-    return int(floor(c[0] / width)), int(floor(c[1] / width)), int(floor(c[2] / width))
+    return floor(c[0] / width), floor(c[1] / width), floor(c[2] / width)
 
 
-@jit
+@lean_jit
 def _leave(cells, i):
     after, before, bucket = cells.next[i], cells.previous[i], cells.bucket[i]
     if before >= 0:
@@ -62,7 +62,7 @@ def _leave(cells, i):
         cells.previous[after] = before
 
 
-@jit
+@lean_jit
 def _enter(cells, i):
     x, y, z = cell_of(cells, i)
     bucket = _bucket(cells, x, y, z)
@@ -73,14 +73,14 @@ def _enter(cells, i):
         cells.previous[after] = i
 
 
-@jit
+@lean_jit
 def is_amid(cells, i, x):
     """Whether body i at x (3,) has more than half of the way to the border of its room left."""
     D = sub(x, row(cells.centre, i))
     return 4.0 * dot(D, D) < cells.spare[i] * cells.spare[i]
 
 
-@jit
+@lean_jit
 def make_room(cells, i, x, v):
     """A new room for body i, whose centre is at x (3,) [m] and moves at v (3,) [m/s]."""
     speed = length(v)
@@ -91,14 +91,14 @@ def make_room(cells, i, x, v):
         _enter(cells, i)
 
 
-@jit
+@lean_jit
 def rooms_meet(cells, i, j):
     """Whether the rooms of two bodies overlap."""
     D, far = sub(row(cells.centre, i), row(cells.centre, j)), cells.room[i] + cells.room[j]
     return dot(D, D) <= far * far
 
 
-@jit
+@lean_jit
 def leaving_time(cells, flights, i, time):
     """Until when [s] body i surely stays in its room, from local `time` on."""
     if not cells.room[i] < inf:
@@ -116,7 +116,7 @@ def leaving_time(cells, flights, i, time):
     return time + left / (slope + np.sqrt(slope * slope + square * left))
 
 
-@jit
+@lean_jit
 def neighbours(cells, i, found):
     """The bodies whose rooms may meet that of body i, each once and without i, to `found` (n,); returns how many."""
     count, tick = 0, cells.seen[-1] + 1

@@ -4,45 +4,45 @@ The determinant is taken in plain doubles with its error bound; only when the bo
 again in double-double arithmetic (32 digits; Dekker 1971, bounds after Shewchuk 1997).
 """
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import sub, two_product
 
 PLAIN_BOUND = 1.8e-15  # 16 roundings of the permanent: what a plain 3 x 3 determinant of differences may be wrong by
 DOUBLE_BOUND = 1e-29  # the same in double-double; below it the four points count as coplanar
 
 
-@jit
+@lean_jit
 def _two_sum(a, b):
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
-@jit
+@lean_jit
 def _double_difference(a, b):
     return _two_sum(a, -b)
 
 
-@jit
+@lean_jit
 def _double_add(a, b):
     high, low = _two_sum(a[0], b[0])
     return _two_sum(high, low + a[1] + b[1])
 
 
-@jit
+@lean_jit
 def _double_multiply(a, b):
     high, low = two_product(a[0], b[0])
     return _two_sum(high, low + a[0] * b[1] + a[1] * b[0])
 
 
-@jit
+@lean_jit
 def _double_minor(a, b, c, d):
     """A b - c d."""
     product = _double_multiply(c, d)
     return _double_add(_double_multiply(a, b), (-product[0], -product[1]))
 
 
-@jit
+@lean_jit
 def volume_exactly(a, b, c, d):
     """The determinant det(a - d, b - d, c - d), right to 29 digits of its largest term."""
     ux, uy, uz = _double_difference(a[0], d[0]), _double_difference(a[1], d[1]), _double_difference(a[2], d[2])
@@ -53,7 +53,7 @@ def volume_exactly(a, b, c, d):
     return _double_add(total, _double_multiply(uz, _double_minor(vx, wy, vy, wx)))[0]
 
 
-@jit
+@lean_jit
 def orientation(a, b, c, d):
     """The sign (-1, 0, 1) of det(a - d, b - d, c - d): the side of the plane a, b, c on which d lies."""
     u, v, w = sub(a, d), sub(b, d), sub(c, d)

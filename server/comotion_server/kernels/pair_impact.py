@@ -8,7 +8,7 @@ next step gets away (docs/time_of_impact.md, 4, 5).
 from math import sqrt
 from typing import NamedTuple
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import relate, spins_over
 from comotion_server.kernels.pair_impact_bounds import LEVEL, limits_of, moving_corners, safe_time
 from comotion_server.kernels.triangle_distance import triangle_points
@@ -36,7 +36,7 @@ class Touch(NamedTuple):
 NO_TOUCH = Touch(0.0, 0.0, ZERO, ZERO, ZERO)
 
 
-@jit
+@lean_jit
 def _wider(best, normal, least, c):
     """The better of `best`, (gap, direction), and that of a normal of any length above `least`."""
     size = length(normal)
@@ -54,7 +54,7 @@ def _wider(best, normal, least, c):
     return best
 
 
-@jit
+@lean_jit
 def contact_normal(distance, n, c):
     """The separating axis of largest gap, which is right to rounding; if none explains the distance, n of the points.
 
@@ -75,7 +75,7 @@ def contact_normal(distance, n, c):
     return n
 
 
-@jit
+@lean_jit
 def touch_of(distance, p, q, n, c, relative):
     """`Touch` of two triangles from their closest points."""
     n = contact_normal(distance, n, c)
@@ -84,13 +84,13 @@ def touch_of(distance, p, q, n, c, relative):
     return Touch(distance, closing, p, q, n)
 
 
-@jit
+@lean_jit
 def come_down(gap, target, extent):
     """Whether a gap is at its target, to rounding, or below it; extent: size of the coordinates it is found from."""
     return gap <= target * (1.0 + SHARP) + GRAIN * extent
 
 
-@jit
+@lean_jit
 def pair_impact(flights, bodies, corners_a, arms_b, window, end, first, relative, spins, R, states, own_R):
     """The contact of two triangles in a window.
 

@@ -11,7 +11,7 @@ may come back to where it is (the escape), and one that shrinks may be halved.
 from math import inf, sqrt
 from typing import NamedTuple
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import Spin, first_root
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, scaled, sub, unit
 
@@ -47,7 +47,7 @@ class Limits(NamedTuple):
     extent: float  # |D| [m]
 
 
-@jit
+@lean_jit
 def _lever(spin, r0, r1, r2):
     """Largest distance [m] of three corners from the axis or, where the axis moves, from the centre."""
     if spin.fixed == 0:
@@ -56,13 +56,13 @@ def _lever(spin, r0, r1, r2):
     return max(length(cross(u, r0)), length(cross(u, r1)), length(cross(u, r2)))
 
 
-@jit
+@lean_jit
 def _bend(w, change, r, velocity):
     """Acceleration of a corner about the centre: w' x r + w x (w x r)."""
     return add(cross(change, r), cross(w, velocity))
 
 
-@jit
+@lean_jit
 def moving_corners(relative, R, corners_a, arms_b):
     """`Corners` of a triangle of a, and of one of b given by its corners in b's own axes."""
     a0, a1, a2 = corners_a
@@ -85,13 +85,13 @@ def moving_corners(relative, R, corners_a, arms_b):
     )
 
 
-@jit
+@lean_jit
 def unit_jerk(spin):
     """Bound of the third derivative of a point at unit distance: |w''| + 3 |w'| |w| + |w|^3."""
     return spin.jolt + spin.rate * (3.0 * spin.change + spin.rate * spin.rate)
 
 
-@jit
+@lean_jit
 def limits_of(c, relative, spin_a, spin_b, horizon):
     """`Limits` of two triangles over the next `horizon` [s]."""
     x = relative.offset
@@ -109,7 +109,7 @@ def limits_of(c, relative, spin_a, spin_b, horizon):
     return Limits(spin_a, spin_b, unit_jerk(spin_a) * lever_a, unit_jerk(spin_b) * lever_b, acceleration, speed, extent)
 
 
-@jit
+@lean_jit
 def across(spin, n):
     """Length of the part of n that a rotation can move: all of it, or what is normal to a fixed axis."""
     if spin.fixed == 0:
@@ -118,7 +118,7 @@ def across(spin, n):
     return sqrt(max(1.0 - along_axis * along_axis, 0.0))
 
 
-@jit
+@lean_jit
 def _third(n, m, limits):
     """The bound J of the third derivatives of all f_ij over the window [m/s3]."""
     turning = length(m)
@@ -128,14 +128,14 @@ def _third(n, m, limits):
     return limits.jerk_a + limits.jerk_b + turning * inner
 
 
-@jit
+@lean_jit
 def _line(n, m, turning, point, velocity, bend):
     """The part of a corner in (f0, f1, f2)."""
     height = dot(n, point)
     return height, dot(n, velocity) + dot(m, point), dot(n, bend) + 2.0 * dot(m, velocity) - turning * height
 
 
-@jit
+@lean_jit
 def _pair_time(a, b, less, target):
     """Safe time of one pair of corners: down to the target, back to the present gap, or to half of it."""
     f0, f1, k = b[0] - a[0], b[1] - a[1], b[2] - a[2] - less
@@ -146,7 +146,7 @@ def _pair_time(a, b, less, target):
     return first_root(0.5 * f0, f1, k)
 
 
-@jit
+@lean_jit
 def _all_pairs_time(lines_a, lines_b, less, target):
     """The least safe time of all nine, their second derivatives taken as smaller by `less`."""
     safe = inf
@@ -156,12 +156,12 @@ def _all_pairs_time(lines_a, lines_b, less, target):
     return safe
 
 
-@jit
+@lean_jit
 def _at(line, s):
     return line[0] + s * line[1]
 
 
-@jit
+@lean_jit
 def direction_time(n, m, c, limits, target, horizon):
     """For how long [s] the direction n, turning at the rate m, keeps two triangles apart; at most `horizon`.
 
@@ -193,7 +193,7 @@ def direction_time(n, m, c, limits, target, horizon):
     return min(window, _all_pairs_time(lines_a, lines_b, third * window, target))
 
 
-@jit
+@lean_jit
 def _product_time(u, v, du, dv, least, c, limits, target, horizon):
     """Of the product of two edges u, v that change at the rates du, dv, turning with it, and fixed.
 
@@ -211,7 +211,7 @@ def _product_time(u, v, du, dv, least, c, limits, target, horizon):
     return safe
 
 
-@jit
+@lean_jit
 def _face_time(points, velocities, c, limits, target, horizon):
     """Of the normal of a face."""
     u, v = sub(points[1], points[0]), sub(points[2], points[0])
@@ -219,7 +219,7 @@ def _face_time(points, velocities, c, limits, target, horizon):
     return _product_time(u, v, du, dv, 0.0, c, limits, target, horizon)
 
 
-@jit
+@lean_jit
 def _beside_time(n, points, velocities, c, limits, target, horizon):
     """Of the direction n made normal to an edge of one triangle, and turning so that it stays so.
 
@@ -239,7 +239,7 @@ def _beside_time(n, points, velocities, c, limits, target, horizon):
     return safe
 
 
-@jit
+@lean_jit
 def safe_time(n, c, limits, target, horizon):
     """The best of many directions: how long [s] two triangles are surely apart, at most `horizon`.
 

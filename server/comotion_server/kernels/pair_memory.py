@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.time_of_impact import KNOWN, forget_flight, new_memory
 
 NO_ROW = -1
@@ -55,13 +55,13 @@ def new_pairs(body_count, capacity):
     )
 
 
-@jit
+@lean_jit
 def partner(pairs, link):
     """The other body of the pair that a body's link belongs to."""
     return pairs.bodies[link >> 1, 1 - (link & 1)]
 
 
-@jit
+@lean_jit
 def row_of(pairs, i, j):
     """The row of the pair of bodies i and j, or NO_ROW."""
     link = pairs.first[i]
@@ -72,7 +72,7 @@ def row_of(pairs, i, j):
     return NO_ROW
 
 
-@jit
+@lean_jit
 def join(pairs, i, j, time, tolerance):
     """A row for bodies i and j, which are apart at `time` [s]; NO_ROW where there is no room left."""
     if pairs.free_count[0] == 0:
@@ -96,7 +96,7 @@ def join(pairs, i, j, time, tolerance):
     return k
 
 
-@jit
+@lean_jit
 def part(pairs, k):
     """Row k is free again."""
     for link in (2 * k, 2 * k + 1):

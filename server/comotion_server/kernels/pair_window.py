@@ -11,7 +11,7 @@ import numpy as np
 from comotion_server.kernels.boxes import box_gap, divides_a, highest, lowest
 from comotion_server.kernels.flight import Bodies, Flights
 from comotion_server.kernels.hierarchy import STACK_SIZE
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.mesh_pair import corners, corners_moved, work_space
 from comotion_server.kernels.motion_bounds import spins_over
 from comotion_server.kernels.pair_impact import FREE, NO_TOUCH, STALLED, Touch, pair_impact
@@ -108,14 +108,14 @@ def new_work():
     )
 
 
-@jit
+@lean_jit
 def _reach(window, time):
     """Pairs at this distance [m] or farther at the beginning are not in contact before `time`."""
     s = time - window.begin
     return s * (window.speed + 0.5 * window.growth * s) + window.tolerance
 
 
-@jit
+@lean_jit
 def _aim(m, shape_a, shape_b, n, relative, spins, R):
     """The fixed direction n as `_passes` needs it: supports of positions and velocities, and the least curvature."""
     bend_a = (spins[0].change + spins[0].rate * spins[0].rate) * 0.5 * m.size[shape_a]
@@ -131,7 +131,7 @@ def _aim(m, shape_a, shape_b, n, relative, spins, R):
     )
 
 
-@jit
+@lean_jit
 def _passes(m, node_a, node_b, aim, span, target):
     """Whether the fixed direction of `aim` keeps two boxes apart by the target for `span` [s]."""
     gap = aim.offset + lowest(m, node_b, aim.n_b) - highest(m, node_a, aim.n_a)
@@ -141,7 +141,7 @@ def _passes(m, node_a, node_b, aim, span, target):
     return gap + span * (rate + 0.5 * span * aim.bend) >= target
 
 
-@jit
+@lean_jit
 def _pair_passes(corners_a, arms_b, aim, span, target):
     """The same for two triangles, the one of b given by its corners in b's own axes."""
     a0, a1, a2 = corners_a
@@ -155,7 +155,7 @@ def _pair_passes(corners_a, arms_b, aim, span, target):
     return gap + span * (rate + 0.5 * span * aim.bend) >= target
 
 
-@jit
+@lean_jit
 def _try_pair(m, flights, bodies, i, j, aim, window, relative, spins, work, counts, found):
     """`found`, or the contact of triangles i of a and j of b if it comes earlier."""
     corners_a, arms_b = corners(m, i), corners(m, j)
@@ -188,7 +188,7 @@ def _try_pair(m, flights, bodies, i, j, aim, window, relative, spins, work, coun
     return Found(status, time, touch, i, j)
 
 
-@jit
+@lean_jit
 def first_contact(m, flights, bodies, shape_a, shape_b, n, witness_a, witness_b, window, relative, work, counts):
     """`Found` of two bodies over a window: FREE until its end, or the first contact.
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from comotion_server.kernels.boxes import lowest
 from comotion_server.kernels.contact_plane import lowest_corner
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import Spin, first_root, relate, spins_over, take_over
 from comotion_server.kernels.pair_impact import Touch, come_down
 from comotion_server.kernels.pair_impact_bounds import AHEAD, across, unit_jerk
@@ -66,7 +66,7 @@ class Fall(NamedTuple):
     spin_plane: Spin
 
 
-@jit
+@lean_jit
 def fall_of(relative, spins, R, normal, side):
     """`Fall`, the plane's normal given in its body's axes."""
     if side == 0:
@@ -94,7 +94,7 @@ def fall_of(relative, spins, R, normal, side):
     )
 
 
-@jit
+@lean_jit
 def corner_line(fall, r):
     """(f0, f1, f2) of the corner at r (in the axes of a) from the centre of the mesh."""
     v = cross(fall.spin, r)
@@ -107,7 +107,7 @@ def corner_line(fall, r):
     )
 
 
-@jit
+@lean_jit
 def third_bound(fall, radius, horizon):
     """(J, k): bounds of |f'''| [m/s3] of all corners, and of how far their f'' differ from the centre's [m/s2].
 
@@ -128,7 +128,7 @@ def third_bound(fall, radius, horizon):
     return J, radius * (second + 2.0 * plane.rate * mesh.rate + bend)
 
 
-@jit
+@lean_jit
 def line_time(line, J, target, horizon):
     """How long [s] f surely stays above the target, or above where it is, or half of it; at most `horizon`."""
     f0, f1, f2 = line
@@ -139,7 +139,7 @@ def line_time(line, J, target, horizon):
     return min(window, first_root(f0 - floor, f1, f2 - J * window / 3.0))
 
 
-@jit
+@lean_jit
 def _turning_time(fall, horizon):
     """How long [s] both bodies together turn no farther than directions are worth something."""
     rate = fall.spin_mesh.rate + fall.spin_plane.rate
@@ -153,21 +153,21 @@ class Step(NamedTuple):
     gap: float  # of the corner that is lowest, of those that close where they have come down to the target [m]
     closing: float  # speed at which it closes [m/s]
     arm: Vector  # of that corner from the centre of the mesh, in the axes of a [m]
-    met: bool  # whether it has come down to the target and closes
+    met: int  # 1: it has come down to the target and closes
 
 
-@jit
+@lean_jit
 def _with_corner(step, fall, r, J, target, still, extent):
     """The `Step` that one more corner leaves."""
     line = corner_line(fall, r)
     time = min(step.time, line_time(line, J, target, step.time)) if line[0] > 0.0 else 0.0
-    met = -line[1] > still and come_down(line[0], target, extent)
-    if (met and not step.met) or (met == step.met and line[0] < step.gap):
+    met = 1 if -line[1] > still and come_down(line[0], target, extent) else 0
+    if met > step.met or (met == step.met and line[0] < step.gap):
         return Step(time, line[0], -line[1], r, met)
     return Step(time, step.gap, step.closing, step.arm, step.met)
 
 
-@jit
+@lean_jit
 def first_step(m, shape, fall, R, side, target, still, horizon, nodes):
     """`Step` of a whole mesh over the next `horizon` [s]."""
     J, spread = third_bound(fall, 0.5 * m.size[shape], horizon)
@@ -176,7 +176,7 @@ def first_step(m, shape, fall, R, side, target, still, horizon, nodes):
     rise = add(cross(fall.n, fall.spin), fall.turn)
     rise_mesh = rise if side == 1 else rotated_back(R, rise)
     extent = length(fall.centre) + m.size[shape]
-    step = Step(horizon, inf, 0.0, ZERO, False)
+    step = Step(horizon, inf, 0.0, ZERO, 0)
     nodes[0, 0] = m.root[shape]
     top = 1
     while top > 0:
@@ -200,7 +200,7 @@ def first_step(m, shape, fall, R, side, target, still, horizon, nodes):
     return step
 
 
-@jit
+@lean_jit
 def _touch(step, fall, relative, side):
     """`Touch` of the corner of a step with its foot on the plane."""
     if side == 1:
@@ -209,7 +209,7 @@ def _touch(step, fall, relative, side):
     return Touch(step.gap, step.closing, along(corner, -step.gap, fall.n), corner, fall.n)
 
 
-@jit
+@lean_jit
 def _sphere_step(fall, radius, tolerance, horizon):
     """How long [s] the sphere about the mesh surely stays above the tolerance; zero where it hardly is now."""
     f0, f1, f2 = corner_line(fall, ZERO)
@@ -219,7 +219,7 @@ def _sphere_step(fall, radius, tolerance, horizon):
     return line_time((f0 - radius, f1, f2), J, tolerance, horizon)
 
 
-@jit
+@lean_jit
 def advance_plane(
     m, all_flights, all_bodies, shape, normal, side, a, b, end, key, tolerance, budget, memory, findings, work, counts
 ):
@@ -259,7 +259,7 @@ def advance_plane(
         if not step.gap > 0.0:
             return OVERLAPS if now == begin else STALLS
         moves = now + step.time > now
-        if step.met or (not moves and step.gap <= tolerance and step.closing > still):
+        if step.met == 1 or (not moves and step.gap <= tolerance and step.closing > still):
             write_findings(states, _touch(step, fall, relative, side), now, findings)
             return TOUCHES if now == begin else MEETS
         if not moves:

@@ -5,12 +5,12 @@ Legend: R rotation (3,3); w rotation vector [rad], its length the angle.
 
 from math import cos, sin, sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 
 SMALL_ANGLE = 1e-4  # [rad] below it sin(a)/a and (1 - cos(a))/a^2 come from their series, right to rounding
 
 
-@jit
+@lean_jit
 def rotate_left(R, wx, wy, wz):
     """R <- exp(w^) R (Rodrigues): turn the body about a world axis through its centre."""
     square = wx * wx + wy * wy + wz * wz
@@ -35,7 +35,7 @@ def rotate_left(R, wx, wy, wz):
         R[2, k] = e20 * a + e21 * b + e22 * d
 
 
-@jit
+@lean_jit
 def rotate_about_column(R, axis, angle):
     """R <- R exp(angle e_axis^): turn the body about its own axis number `axis` (0, 1, 2)."""
     c, s = cos(angle), sin(angle)
@@ -46,7 +46,7 @@ def rotate_about_column(R, axis, angle):
         R[k, j] = c * b - s * a
 
 
-@jit
+@lean_jit
 def orthonormalise(R):
     """One Newton step R <- R (3 I - R^T R) / 2: removes the rounding that products gather, quadratically."""
     m00 = R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0] + R[2, 0] * R[2, 0]
@@ -62,7 +62,7 @@ def orthonormalise(R):
         R[k, 2] = 0.5 * (c * (3.0 - m22) - a * m02 - b * m12)
 
 
-@jit
+@lean_jit
 def product(A, B, out):
     """The product A B (3,3) in `out`; numba's own operator would need scipy's BLAS."""
     for i in range(3):

@@ -1,7 +1,7 @@
 """The contact time of two bodies of any kinds of shapes."""
 
 from comotion_server.kernels.contact_plane import lowest_corner
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_pair import closest_points, relative_rotation
 from comotion_server.kernels.plane_impact import advance_plane
 from comotion_server.kernels.solids import PLANE
@@ -9,7 +9,7 @@ from comotion_server.kernels.time_of_impact import advance, distance_left, note_
 from comotion_server.kernels.vectors import dot, rotated, rotated_back, row, sub
 
 
-@jit
+@lean_jit
 def advance_pair(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
     """As `time_of_impact.advance`, for bodies a and b of `solids`; at most one of them is a plane."""
     m = solids.meshes
@@ -24,7 +24,7 @@ def advance_pair(solids, flights, bodies, a, b, end, key, tolerance, budget, mem
     return advance(m, flights, bodies, *shapes, a, b, *limits, memory, witness, findings, work, counts)
 
 
-@jit
+@lean_jit
 def gap_within(solids, a, b, x, R, reach, memory, witness, work):
     """Whether the gap of bodies a and b at x (n,3), R (n,3,3) is at most `reach` [m].
 

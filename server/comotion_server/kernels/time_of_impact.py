@@ -10,7 +10,7 @@ from math import inf, sqrt
 import numpy as np
 
 from comotion_server.kernels.flight import ATTITUDE_TOLERANCE
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, sphere_time, take_over
 from comotion_server.kernels.pair_impact import FREE, STALLED
@@ -40,13 +40,13 @@ def new_memory(count):
     return memory, np.full((count, 2), -1, np.int64)
 
 
-@jit
+@lean_jit
 def forget_flight(memory, time):
     """One of the bodies took off anew at `time` [s], where they are apart: the gap that is aimed at is open again."""
     memory[TIME], memory[TARGET], memory[WIDTH] = time, 0.0, FIRST_WIDTH
 
 
-@jit
+@lean_jit
 def note_distance(memory, distance, offset, R):
     """Remember the distance [m] of bodies at a pose, as seen from a: offset, R as `relate` gives them."""
     memory[KNOWN] = distance
@@ -56,7 +56,7 @@ def note_distance(memory, distance, offset, R):
             memory[TURNED + 3 * i + k] = R[i, k]
 
 
-@jit
+@lean_jit
 def distance_left(memory, offset, R, radius_a, radius_b):
     """What is proven of the distance [m] by the last one known, less what the bodies have moved since.
 
@@ -76,7 +76,7 @@ def distance_left(memory, offset, R, radius_a, radius_b):
     return memory[KNOWN] - min(from_a, from_b)
 
 
-@jit
+@lean_jit
 def write_findings(states, touch, time, findings):
     """The contact in the world frame, and when the gap would be zero if it went on closing as it does."""
     x, _, rotation, _, _, _ = states
@@ -87,7 +87,7 @@ def write_findings(states, touch, time, findings):
     findings[NORMAL : NORMAL + 3] = rotated(rotation[0], touch.normal)
 
 
-@jit
+@lean_jit
 def advance(
     m,
     all_flights,

@@ -8,26 +8,26 @@ Contacts without a passage (a vertex or an edge that touches, coplanar overlap, 
 pairs at distance zero and are found by the distance (P5).
 """
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.orientation import orientation, volume_exactly
 from comotion_server.kernels.vectors import ZERO, along, sub
 
 
-@jit
+@lean_jit
 def _passes_through(p, q, a, b, c):
     """Whether the line through p and q passes strictly inside the triangle a, b, c (which it is known not to miss)."""
     side = orientation(p, q, a, b)
     return side != 0 and orientation(p, q, b, c) == side and orientation(p, q, c, a) == side
 
 
-@jit
+@lean_jit
 def _passage_point(p, q, a, b, c):
     """The point of p q in the plane of a, b, c, which lie on different sides of it."""
     before, after = abs(volume_exactly(a, b, c, p)), abs(volume_exactly(a, b, c, q))
     return along(p, before / (before + after), sub(q, p))
 
 
-@jit
+@lean_jit
 def edge_passage(a0, a1, a2, b0, b1, b2):
     """(found, point): an edge of triangle a that passes through the inside of triangle b."""
     side0 = orientation(b0, b1, b2, a0)
@@ -42,7 +42,7 @@ def edge_passage(a0, a1, a2, b0, b1, b2):
     return False, ZERO
 
 
-@jit
+@lean_jit
 def crossing_point(a0, a1, a2, b0, b1, b2):
     """(found, point): a point common to two triangles that pass through each other."""
     found, point = edge_passage(a0, a1, a2, b0, b1, b2)

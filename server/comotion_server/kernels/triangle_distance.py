@@ -13,7 +13,7 @@ search ends there. Triangles nearer than TOUCH of their extent touch: distance z
 
 from math import inf, sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.triangle_crossing import crossing_point
 from comotion_server.kernels.vectors import ZERO, add, along, cross, cross_exactly, dot, largest, length, scaled, sub
 
@@ -24,7 +24,7 @@ SLIVER = 0.04  # squared sine of a triangle's angle below which its normal is co
 NO_PAIR = (inf, ZERO, ZERO, ZERO)
 
 
-@jit
+@lean_jit
 def triangle_normal(u, v):
     """The product u x v, right to a few roundings also for slivers."""
     normal = cross(u, v)
@@ -33,12 +33,12 @@ def triangle_normal(u, v):
     return normal
 
 
-@jit
+@lean_jit
 def _clamped(value):
     return min(max(value, 0.0), 1.0)
 
 
-@jit
+@lean_jit
 def segment_parameters(u, v, w):
     """Parameters in [0, 1] of the closest points of the segments s u and w + t v (Lumelsky 1985, Ericson 2005).
 
@@ -58,7 +58,7 @@ def segment_parameters(u, v, w):
     return s, t
 
 
-@jit
+@lean_jit
 def _across(gap, squared, u, v):
     """The gap between the insides of two edges, turned to be normal to both where that is the better direction.
 
@@ -71,7 +71,7 @@ def _across(gap, squared, u, v):
     return scaled(normal, sqrt(squared / nn) * (1.0 if dot(gap, normal) >= 0.0 else -1.0))
 
 
-@jit
+@lean_jit
 def _edge_pair(best, a0, a1, b0, b1):
     """The better of `best` and the closest points of two edges."""
     u, v, w = sub(a1, a0), sub(b1, b0), sub(b0, a0)
@@ -85,7 +85,7 @@ def _edge_pair(best, a0, a1, b0, b1):
     return squared, along(a0, s, u), along(b0, t, v), gap
 
 
-@jit
+@lean_jit
 def _keeps_apart(best, rounding, a0, a1, a2, b0, b1, b2):
     """Whether the connecting direction of the pair separates the triangles by the pair's whole length."""
     n = best[3]
@@ -93,7 +93,7 @@ def _keeps_apart(best, rounding, a0, a1, a2, b0, b1, b2):
     return gap >= best[0] - rounding * sqrt(best[0])
 
 
-@jit
+@lean_jit
 def _vertex_face(best, p, a, b, c, normal, sign):
     """The better of `best` and the vertex p with its foot on the face a, b, c; the gap is `sign` (p - foot)."""
     if (
@@ -112,7 +112,7 @@ def _vertex_face(best, p, a, b, c, normal, sign):
     return squared, p, foot, scaled(gap, -1.0)
 
 
-@jit
+@lean_jit
 def _vertices_face(best, limit, p0, p1, p2, a, b, c, normal, sign):
     """Vertex-face pairs of the three vertices p with one face.
 
@@ -143,7 +143,7 @@ def _vertices_face(best, limit, p0, p1, p2, a, b, c, normal, sign):
     return best, False, False
 
 
-@jit
+@lean_jit
 def _edges_edge(best, a0, a1, a2, b0, b1):
     """The better of `best` and the pairs of triangle a's three edges with one edge."""
     best = _edge_pair(best, a0, a1, b0, b1)
@@ -151,7 +151,7 @@ def _edges_edge(best, a0, a1, a2, b0, b1):
     return _edge_pair(best, a2, a0, b0, b1)
 
 
-@jit
+@lean_jit
 def _closest_features(limit, rounding, a0, a1, a2, b0, b1, b2):
     """(squared distance, point on a, point on b, gap from a to b); squared distance 0 where they cross.
 
@@ -180,7 +180,7 @@ def _closest_features(limit, rounding, a0, a1, a2, b0, b1, b2):
     return _edges_edge(best, a0, a1, a2, b2, b0)
 
 
-@jit
+@lean_jit
 def closer_points(limit, a0, a1, a2, b0, b1, b2):
     """As `triangle_points`, or distance inf where it is cheaply shown that it is not below `limit` [m]."""
     origin = a0
@@ -197,7 +197,7 @@ def closer_points(limit, a0, a1, a2, b0, b1, b2):
     return distance, add(origin, p), add(origin, q), scaled(gap, 1.0 / distance)
 
 
-@jit
+@lean_jit
 def triangle_points(a0, a1, a2, b0, b1, b2):
     """Closest points of two triangles, each vertex a tuple (x, y, z) [m].
 

@@ -9,7 +9,7 @@ Legend: the one triangle has corners a, b, c; a lane's has d, e, f, relative to 
 
 from math import sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.lanes import CORNERS, NONE
 from comotion_server.kernels.vectors import cross, dot, sub
 
@@ -18,12 +18,12 @@ TINY = 1e-280  # keeps quotients of what has no length finite
 NO_AREA = 1e270  # a quotient by TINY is larger
 
 
-@jit
+@lean_jit
 def _clamped(value):
     return min(max(value, 0.0), 1.0)
 
 
-@jit
+@lean_jit
 def _taken(best, take, squared, x, y, z):
     """Another gap in the place of `best`, or not."""
     return (
@@ -34,7 +34,7 @@ def _taken(best, take, squared, x, y, z):
     )
 
 
-@jit
+@lean_jit
 def _edges(best, u, uu, v, vv, w):
     """The lesser of `best` and the gap of the segments s u and w + t v; uu, vv: their squared lengths."""
     uv, uw, vw = dot(u, v), dot(u, w), dot(v, w)
@@ -48,7 +48,7 @@ def _edges(best, u, uu, v, vv, w):
     return _taken(best, squared < best[0], squared, x, y, z)
 
 
-@jit
+@lean_jit
 def _foot(best, p, q, r, normal, over, mp, mq, mr):
     """The lesser of `best` and the gap of a point to a face; p, q, r: the point relative to the corners.
 
@@ -61,7 +61,7 @@ def _foot(best, p, q, r, normal, over, mp, mq, mr):
     return _taken(best, take, squared, k * normal[0], k * normal[1], k * normal[2])
 
 
-@jit
+@lean_jit
 def _corner(blocks, node, row, lane, origin):
     return (
         blocks[node, row, lane] - origin[0],
@@ -70,7 +70,7 @@ def _corner(blocks, node, row, lane, origin):
     )
 
 
-@jit
+@lean_jit
 def triangle_bounds(blocks, node, corners, bounds):
     """Lower bounds (8,) of the distance of one triangle to the eight in blocks[node].
 

@@ -2,61 +2,61 @@
 
 from math import sqrt
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 
 ZERO = (0.0, 0.0, 0.0)
 SPLITTER = 134217729.0  # 2^27 + 1: Veltkamp's splitting of a double into two halves of 26 bits
 
 
-@jit
+@lean_jit
 def row(array, i):
     """Row i of an (n, 3) array."""
     return array[i, 0], array[i, 1], array[i, 2]
 
 
-@jit
+@lean_jit
 def add(a, b):
     """Sum a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@jit
+@lean_jit
 def sub(a, b):
     """Difference a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@jit
+@lean_jit
 def scaled(a, s):
     """Product s a."""
     return a[0] * s, a[1] * s, a[2] * s
 
 
-@jit
+@lean_jit
 def along(a, s, u):
     """Point a + s u."""
     return a[0] + s * u[0], a[1] + s * u[1], a[2] + s * u[2]
 
 
-@jit
+@lean_jit
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@jit
+@lean_jit
 def cross(a, b):
     """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@jit
+@lean_jit
 def length(a):
     """Euclidean norm."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@jit
+@lean_jit
 def unit(a):
     """Direction of a; zero stays zero."""
     size = length(a)
@@ -65,13 +65,13 @@ def unit(a):
     return ZERO
 
 
-@jit
+@lean_jit
 def largest(a):
     """The largest absolute component."""
     return max(abs(a[0]), abs(a[1]), abs(a[2]))
 
 
-@jit
+@lean_jit
 def rotated(R, a):
     """Product R a, with R (3, 3)."""
     return (
@@ -81,7 +81,7 @@ def rotated(R, a):
     )
 
 
-@jit
+@lean_jit
 def rotated_back(R, a):
     """Product R^T a, with R (3, 3)."""
     return (
@@ -91,7 +91,7 @@ def rotated_back(R, a):
     )
 
 
-@jit
+@lean_jit
 def two_product(a, b):
     """The product and its rounding error, exactly (Dekker 1971)."""
     product = a * b
@@ -104,7 +104,7 @@ def two_product(a, b):
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-@jit
+@lean_jit
 def difference_of_products(a, b, c, d):
     """The value a b - c d to about two roundings, whatever cancels."""
     p, p_error = two_product(a, b)
@@ -112,7 +112,7 @@ def difference_of_products(a, b, c, d):
     return (p - q) + (p_error - q_error)
 
 
-@jit
+@lean_jit
 def cross_exactly(a, b):
     """The cross product with every component right to about two roundings: for nearly parallel a and b."""
     return (

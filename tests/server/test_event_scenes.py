@@ -1,0 +1,85 @@
+"""Meshes that tumble and hit each other for a long time: no overlap, no stall, books closed, and the same bits."""
+
+import numpy as np
+import pytest
+from event_scenes import Play
+from tumbling_scenes import SCENES, ells_in_a_box, prisms_in_a_box
+
+from comotion_server.kernels.event_queue import DONE, SPENT
+from comotion_server.kernels.event_scene import HITS, LEFT, LONGEST_RUN
+
+TOLERANCE = 1e-9
+LEAST_GAP = 0.45  # of the tolerance; steps aim at half
+BOOKS = 1e-13
+ENERGY = 1e-13  # of a run: what impacts lose
+FLIGHT = 1e-12  # of a run of free triaxial tops for hundreds of radians: their attitude is right to 1e-13 per radian
+
+
+def least_gap(play, until, samples=5):
+    """The least gap of all pairs at some times from the local time on."""
+    times = np.linspace(play.queue.now[0], until, samples)
+    return min(play.gap(t) for t in times)
+
+
+def assert_sound(play, energy, allowed):
+    queue = play.queue
+    assert queue.log.books.max() <= BOOKS
+    assert queue.tally[LONGEST_RUN] <= 2
+    assert play.energy() == pytest.approx(energy, rel=allowed)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_runs_for_hundreds_of_impacts(name):
+    """Energy kept at e = 1, the gap never below the target, no stall, books of every impact closed."""
+    make, impacts = SCENES[name]
+    parts, given = make()
+    play = Play(parts, tolerance=TOLERANCE, **given)
+    play.begin()
+    energy, least = play.energy(), np.inf
+    while play.queue.tally[HITS] < impacts:
+        play.queue.tally[LEFT] = 20
+        assert play.play(1e3) == SPENT
+        least = min(least, least_gap(play, play.queue.now[0]))
+    assert least >= LEAST_GAP * TOLERANCE * parts[-1].shape.size
+    assert_sound(play, energy, FLIGHT)
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.1, 1e-3])
+@pytest.mark.parametrize("name", ["two L in a box", "linked rings", "prisms in a box"])
+def test_loses_energy_without_stalling(name, restitution):
+    parts, given = SCENES[name][0]()
+    play = Play(parts, tolerance=TOLERANCE, restitution=restitution, **given)
+    play.begin()
+    energy = play.energy()
+    assert play.play(20.0) in {DONE, SPENT}
+    assert play.queue.tally[HITS] > 5
+    assert play.queue.log.books.max() <= BOOKS
+    assert play.energy() < energy
+
+
+@pytest.mark.parametrize("cuts", [2, 5, 10])
+def test_a_step_in_pieces_gives_the_same_impacts(cuts):
+    """Up to the horizon of chaos: impact times to 1e-12."""
+    parts, _ = ells_in_a_box()
+    whole, cut = Play(parts), Play(parts)
+    duration = 10.0
+    assert whole.step(duration) == DONE
+    times = []
+    for k in range(cuts):
+        assert cut.step(duration / cuts) == DONE
+        count = cut.queue.log.count[0]
+        times += list(k * duration / cuts + cut.queue.log.contact_time[:count])
+    expected = whole.queue.log.contact_time[: whole.queue.log.count[0]]
+    assert len(times) == len(expected) > 5
+    np.testing.assert_allclose(times[:8], expected[:8], rtol=0, atol=1e-12)
+
+
+def test_a_repeat_gives_the_same_bits():
+    def run():
+        parts, _ = prisms_in_a_box()
+        play = Play(parts)
+        for _ in range(5):
+            assert play.step(0.4) == DONE
+        return b"".join(array.tobytes() for array in play.state)
+
+    assert run() == run()
