@@ -1,0 +1,79 @@
+"""Cutting the step changes nothing: flights are exact, contacts are found in time, and pairs are remembered."""
+
+import numpy as np
+import pytest
+from played import hits, play
+from scenes_by_hand import free_box, plane, scene_of
+
+from comotion_server.quaternions import quaternion_of
+from comotion_server.simulation import Simulation
+
+WITHOUT_REST = 1e-12  # the promise where no contact is held, up to the horizon of chaos
+WITH_REST = 1e-7  # the promise for two bodies in and out of contact over 2 s
+
+
+def tumbling(count, e, gravity=(0.0, 0.0, 0.0)):
+    """Boxes of three different inertias, spinning towards each other in a row."""
+    random = np.random.default_rng(7)
+    boxes = [
+        free_box(
+            f"b{k}",
+            (1.0, 0.8, 0.6),
+            1.0 + k,
+            position=(1.6 * k, 0.1 * k, 0.0),
+            velocity=(1.0 - k, 0.0, 0.0),
+            angular_velocity=random.normal(size=3),
+            quaternion=quaternion_of(random.normal(size=3)),
+        )
+        for k in range(count)
+    ]
+    return scene_of(*boxes, gravity=gravity, restitution=e)
+
+
+def end(scene, duration, dt):
+    sim = Simulation(scene)
+    impacts = play(sim, duration, dt)
+    return hits(impacts), np.hstack([sim.bodies.position, sim.bodies.velocity, sim.bodies.angular_velocity])
+
+
+@pytest.mark.parametrize("e", [1.0, 0.8])
+@pytest.mark.parametrize("parts", [2, 5, 10])
+def test_free_flights_and_impacts(e, parts):
+    scene = tumbling(3, e)
+    times, state = end(scene, 2.0, 0.1)
+    times_cut, state_cut = end(scene, 2.0, 0.1 / parts)
+    assert len(times) > 1
+    np.testing.assert_allclose(times_cut, times, atol=WITHOUT_REST)
+    np.testing.assert_allclose(state_cut, state, atol=20 * WITHOUT_REST)  # grown by the impacts after
+
+
+@pytest.mark.parametrize("parts", [2, 5, 10])
+def test_a_box_that_tumbles_to_rest(parts):
+    box = free_box(
+        "box", (1.0, 0.8, 0.6), 1.0, position=(0, 0, 1.0), quaternion=quaternion_of(np.array([0.2, 0.1, 0.0]))
+    )
+    scene = scene_of(box, plane(), gravity=(0, 0, -9.81), restitution=0.3)
+    _, state = end(scene, 2.0, 0.1)
+    _, state_cut = end(scene, 2.0, 0.1 / parts)
+    np.testing.assert_allclose(state_cut, state, atol=WITH_REST)
+
+
+def test_a_step_taken_again_gives_the_same_bits():
+    sim = Simulation(tumbling(3, 0.8))
+    play(sim, 0.5, 0.1)
+    kept = sim.checkpoint()
+    ends = []
+    for _ in range(2):
+        sim.restore(kept)
+        impacts = play(sim, 1.0, 0.1)
+        ends.append((sim.bodies.position.tobytes(), sim.bodies.quaternion.tobytes(), [i.time for i in impacts]))
+    assert ends[0] == ends[1]
+
+
+def test_a_prediction_leaves_no_trace():
+    once, twice = Simulation(tumbling(3, 0.8)), Simulation(tumbling(3, 0.8))
+    for _ in range(10):
+        once.step(0.1)
+        twice.sample(0.05)
+        twice.step(0.1)
+    assert once.bodies.position.tobytes() == twice.bodies.position.tobytes()
