@@ -51,9 +51,7 @@ def centred(mesh):
 class Play:
     """Bodies in a queue of their own, from their parts."""
 
-    def __init__(
-        self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False
-    ):
+    def __init__(self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]
         store = MeshStore.build(meshes)

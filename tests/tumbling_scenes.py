@@ -48,7 +48,7 @@ def linked_rings():
 def hanging_ring():
     return [
         Part(RING, density=0.0),
-        Part(RING, (1.0, 0, -0.5), (0.1, 0, 0), (0.2, 0.1, 0.3), R=ACROSS),
+        Part(RING, (1.0, 0, -0.1), (0.1, 0, 0), (0.2, 0.1, 0.3), R=ACROSS),
     ], {"gravity": (0, 0, -1.0)}
 
 
