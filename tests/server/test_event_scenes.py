@@ -57,6 +57,22 @@ def test_loses_energy_until_something_comes_to_rest(name, restitution):
     assert impacts > 1
 
 
+def test_bodies_of_three_inertias_under_held_torque():
+    """Gaps and books as without; energy is what the torque gives."""
+    parts, _ = ells_in_a_box()
+    play = Play(parts, tolerance=TOLERANCE)
+    assert len(set(play.scene.bodies.moments[1].round(6))) == 3
+    play.torque = np.array([[0.0, 0, 0], [0.3, -0.2, 0.1], [-0.1, 0.2, 0.3]])
+    least = np.inf
+    for _ in range(200):
+        assert play.step(0.1) == DONE
+        least = min(least, play.gap(0.1))
+        assert play.queue.log.books.max() <= BOOKS
+    assert play.queue.tally[HITS] > 50
+    assert play.queue.tally[LONGEST_RUN] <= 2
+    assert least >= LEAST_GAP * TOLERANCE * smallest(parts)
+
+
 @pytest.mark.parametrize("cuts", [2, 5, 10])
 def test_a_step_in_pieces_gives_the_same_impacts(cuts):
     """Up to the horizon of chaos: impact times to 1e-12."""

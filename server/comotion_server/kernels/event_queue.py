@@ -32,7 +32,9 @@ from comotion_server.kernels.flight import begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
 from comotion_server.kernels.impact_log import ROWS, clear
 from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.motion_bounds import spin_line
 from comotion_server.kernels.neighbour_cells import is_amid, leaving_time, make_room, neighbours, rooms_meet
+from comotion_server.kernels.pair_bounds import apart_for
 from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
 from comotion_server.kernels.solid_impact import advance_pair
 from comotion_server.kernels.solids import PLANE
@@ -40,10 +42,12 @@ from comotion_server.kernels.time_of_impact import (
     MEETS,
     OVERLAPS,
     STALLS,
+    TARGET,
     TIME,
     TOUCHES,
     forget_flight,
 )
+from comotion_server.kernels.vectors import row
 
 DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, CONTACTS_FULL, SPENT, STALLED, OVERLAPPING = range(11)
 
@@ -152,20 +156,26 @@ def start(queue, scene):
     return complete
 
 
-@lean_jit
+@jit
 def begin_step(queue, scene, elapsed):
-    """All bodies are on new flights from local time 0, which was `elapsed` [s] on the clock before."""
-    pairs = queue.pairs
+    """All bodies are on new flights from local time 0, where the scene has their states; 0 was `elapsed` [s] before."""
+    pairs, flights, R = queue.pairs, scene.flights, np.empty((3, 3))
     clear(queue.log)
     queue.now[0] = 0.0
+    spin = np.empty((len(queue.held), 2))
+    for i in range(len(queue.held)):
+        spin[i] = spin_line(flights, scene.bodies, i, row(flights.momentum, i), row(scene.w, i))
+        _time_room(queue, scene, i, 0.0)
     for k in range(len(pairs.hits)):
-        if pairs.bodies[k, 0] >= 0:
+        a, b = pairs.bodies[k, 0], pairs.bodies[k, 1]
+        if a >= 0:
+            memory, tolerance = pairs.memory[k], pairs.tolerance[k]
             pairs.hit_time[k] -= elapsed
             pairs.impulse[k, :], pairs.hits[k] = 0.0, 0
-            forget_flight(pairs.memory[k], 0.0)
-            _put_pair(queue, k, 0.0)
-    for i in range(len(queue.held)):
-        _time_room(queue, scene, i, 0.0)
+            time = apart_for(scene.solids, flights, a, b, spin, tolerance, memory, R)
+            forget_flight(memory, time)
+            memory[TARGET] = 0.5 * tolerance if time > 0.0 else 0.0
+            _put_pair(queue, k, time)
 
 
 @lean_jit
