@@ -75,6 +75,20 @@ def test_stack_of_mass_ratio_1e10():
     assert np.abs(acceleration).max() <= 1e-4 * G  # eps of 1e10 weights on one unit mass: 1e-6
 
 
+@pytest.mark.parametrize("count", [20, 300])
+def test_column_bears_its_weight(count):
+    """The forces are the weights above; 300 contacts are answered by the sparse method."""
+    clump, weight = Clump(), np.zeros((count + 1, 3))
+    clump.given()
+    for i in range(count):
+        clump.ball((0, 0, 0))
+        clump.touch(i, i + 1, (0, 0, 1), 0.0)
+    weight[1:, 2] = -G
+    _, acceleration, _, pressing, _ = held(clump, weight)
+    np.testing.assert_allclose(pressing, G * np.arange(count, 0, -1), rtol=1e-10)
+    assert np.abs(acceleration).max() <= 1e-11 * G
+
+
 def test_body_lifts_off_where_bias_opens():
     clump = Clump()
     clump.touch(clump.given(), clump.ball((0, 0, 0)), (0, 0, 1), 0.0)

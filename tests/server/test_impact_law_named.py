@@ -7,7 +7,7 @@ import pytest
 from clusters_by_hand import Clump, answer, line
 
 from comotion_server.kernels.flight import SPIN_FREE
-from comotion_server.kernels.impact_cluster import BLOCKED, JAMMED, LOST, SEQUENTIAL, SOLVED, TOGETHER, WORK
+from comotion_server.kernels.impact_cluster import BLOCKED, CAPPED, JAMMED, LOST, SEQUENTIAL, SOLVED, TOGETHER, WORK
 
 ROUNDING = 5e-15  # of speeds about 1, over a handful of reflections
 
@@ -226,3 +226,15 @@ def test_one_contact_alone_and_twice_agree(rng, e):
              ((motion[:, 0], motion[:, 1]), (one.v, one.w))]  # fmt: skip
         if u[0] < 0:
             assert u[1] == pytest.approx(-e * u[0], abs=1e-14)
+
+
+def test_more_reflections_than_allowed_are_taken_at_once():
+    """Mass ratio 1e13 wants ten million reflections; all at once the heavy ball turns back with all its energy."""
+    clump = Clump()
+    wall, small, large = clump.given(), clump.ball((0, 0, 0)), clump.ball((-1, 0, 0), 1e13)
+    clump.touch(wall, small, (1, 0, 0), 1.0)
+    clump.touch(small, large, (1, 0, 0), 1.0)
+    outcome = answer(clump)
+    assert outcome.status == CAPPED
+    np.testing.assert_allclose(outcome.v[[small, large], 0], (0, 1), rtol=0, atol=1e-9)
+    assert closes_books(outcome)

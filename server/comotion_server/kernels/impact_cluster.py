@@ -83,13 +83,9 @@ def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, imp
     normals, e = contacts.normal[:count], restitution[:count].copy()
     cluster = cluster_of(bodies, contacts, count, R)
     rows, bounds = rows_along(cluster, contacts, normals), bounds_along(bodies, contacts, normals, v, w)
-    x, now, speeds, closing = (
-        scaled_velocities(cluster, v, L),
-        np.empty(count),
-        np.empty(count),
-        np.empty(count, np.bool_),
-    )
-    before, status = x.copy(), SOLVED
+    x, closing = scaled_velocities(cluster, v, L), np.empty(count, np.bool_)
+    now, speeds = np.empty(count), np.empty(count)
+    before, turned, plastic, status = x.copy(), np.empty(count), np.zeros(count), SOLVED
     fastest, hardest = approaches(rows, bounds, x, speeds)
     for i in range(count):
         report.approach[i] = -speeds[i]
@@ -98,17 +94,19 @@ def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, imp
     for repeat in range(REPEATS + 1):
         if repeat == REPEATS:
             e[:] = 0.0
+        turned[:] = 0.0
         if law == SEQUENTIAL:
-            state, done = take_turns(rows, bounds, e, x, now, report.book)
+            state, done = take_turns(rows, bounds, e, x, turned, report.book)
             status, report.reflections[0] = max(status, state), report.reflections[0] + done
-            add_impulses(now, normals, impulse)
-            e[:] = 0.0
-        state, done = reflect(rows, bounds, e, x, now, report.book, report.certificate[:count])
+        rebound = e if law == TOGETHER else plastic
+        state, done = reflect(rows, bounds, rebound, x, now, report.book, report.certificate[:count])
         status, report.reflections[0] = max(status, state), report.reflections[0] + done
         if status == BLOCKED:
             impulse[:count] = 0.0
             report.book[:] = 0.0
             return status
+        for i in range(count):
+            now[i] += turned[i]
         if rubs and repeat < REPEATS:
             rub(bodies, contacts, cluster, (rows, bounds), friction, v, w, x, now, impulse, report.book)
         add_impulses(now, normals, impulse)

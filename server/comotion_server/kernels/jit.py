@@ -39,7 +39,7 @@ def jit(function, _nrt=True):
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True, _nrt=_nrt)(function)
+        return numba.njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True, _nrt=_nrt)(function)
     finally:
         numba.config.CACHE_DIR = before
 
