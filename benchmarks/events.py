@@ -6,8 +6,8 @@ Single thread, warm. Of each scene: impacts per second, what one impact costs in
 pairs in reach and their steps, the error of the energy at e = 1, and the largest error of the books of the impacts. Of
 prisms also the part of the time that heap and rooms take, from the number of their operations and their cost.
 
-Targets: 1000 impacts per second among 1000 prisms; ten times as many prisms cost at most 1.5 times as much per impact; heap
-and rooms at most 5 % of the time. Exit code 1 if one is missed.
+Targets: 1000 impacts per second among 1000 prisms; ten times as many prisms cost at most 1.5 times as much per impact;
+heap and rooms at most 5 % of the time. Exit code 1 if one is missed.
 """
 
 import argparse
