@@ -114,7 +114,10 @@ def _from_ends(s, u):
 
 @lean_jit
 def _two_edges(solids, contacts, i, pair, R):
-    """Two edges with the normal of both, or with that of a face one of them bounds."""
+    """Two edges with the normal of both; where they cross in a face, it points as that of the face does.
+
+    Bodies that lie flat on each other may tilt either way, and one edge goes on touching the other whichever it is.
+    """
     m, kind, f = solids.meshes, contacts.kind[i], contacts.feature[i]
     a0, b0 = _of_a(m, pair, R, f[0]), _of_b(m, pair, R, f[2])
     u, v = sub(_of_a(m, pair, R, f[1]), a0), sub(_of_b(m, pair, R, f[3]), b0)
@@ -124,8 +127,8 @@ def _two_edges(solids, contacts, i, pair, R):
     if kind != EDGES:
         body, sign = (pair.a, 1.0) if kind == CROSSING_A else (pair.b, -1.0)
         face, _ = _face(solids, body, R, f[4])
-        turning = scaled(turning, sign if dot(n, face) > 0.0 else -sign)
-        n = scaled(face, sign)
+        sign = sign if dot(n, face) > 0.0 else -sign
+        n, turning = scaled(n, sign), scaled(turning, sign)
     turning = scaled(along(turning, -dot(n, turning), n), 1.0 / length(product))
     s, t, _ = crossing(a0, u, b0, v, n)
     p, q, margin = along(a0, s, u), along(b0, t, v), min(_from_ends(s, u), _from_ends(t, v))
