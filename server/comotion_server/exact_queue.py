@@ -64,11 +64,11 @@ class ExactQueue:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
         self._blocked = []
+        self.rules = self.islands.rules = self._rules
+        self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
         self.queue.tally[LEFT] = self._granted = self.settings.budget
-        self.rules = self.islands.rules = self._rules
         self._elapsed = 0.0
-        self.islands.begin()
 
     def play(self, until: float) -> None:
         """Moves all bodies to the local time `until` [s], from where the last call ended."""
@@ -100,7 +100,7 @@ class ExactQueue:
         elif code == events.SPENT:
             self._spend(now)
         elif code == events.STALLED:
-            self._freeze(queue.pairs.bodies[queue.tally[ROW]], now)
+            self._stop(queue.pairs.bodies[queue.tally[ROW]], queue.pairs.bodies[queue.tally[ROW]][None], now)
         elif code in {events.LOG_FULL, events.PAIRS_FULL, events.CONTACTS_FULL}:
             self._enlarge(code, now)
         elif code == events.OVERLAPPING:
@@ -118,10 +118,14 @@ class ExactQueue:
 
     def _block(self, now: float, pairs: Rows) -> None:
         """Prescribed bodies that ask for the impossible stay where they are for the rest of the step (P15)."""
-        names, scene = self.world.names, self.scene
+        scene = self.scene
         concerned = np.unique(pairs)
         pushing = concerned[~scene.bodies.reacts[concerned] & (scene.v[concerned].any(1) | scene.w[concerned].any(1))]
-        bodies = pushing if len(pushing) else concerned
+        self._stop(pushing if len(pushing) else concerned, pairs, now)
+
+    def _stop(self, bodies: Rows, pairs: Rows, now: float) -> None:
+        """Bodies stay where they are because of contacts, and the reply says so."""
+        names = self.world.names
         contacts = tuple((names[a], names[b]) for a, b in pairs.tolist())
         self._blocked.append(Blocked(self.start_time + now, tuple(names[i] for i in bodies), contacts))
         self._freeze(bodies, now)

@@ -99,15 +99,16 @@ class Islands:
         self._stepping[:], self._work_done[:] = False, 0
         for island in self.all:
             island.begin = 0.0
-            island.asleep &= not changed[island.members].any()
+            island.asleep = island.asleep and not changed[island.members].any() and self._others_stand(island)
+            if island.asleep:
+                self._stand_still(island, 0.0)
 
     def take_up(self, time: float, until: float) -> bool:
         """All islands go on from a local time, to `until` [s] at most: whether motion is possible, as in `rest`."""
         self._stride = (until - time) / STRIDES
         for island in list(self.all):
-            if island.asleep and self._others_stand(island):
-                self._stand_still(island, time)
-            elif island in self.all and not self.rest(island.members, time, until):
+            stays = island.asleep and self._others_stand(island)
+            if island in self.all and not stays and not self.rest(island.members, time, until):
                 return False
         return True
 

@@ -37,7 +37,7 @@ def test_defaults(scene):
     settings = loaded.collisions
     assert (settings.rule, settings.restitution, settings.friction) == ("exact", 0.3, 0.0)
     assert (settings.simultaneous, settings.parallel, settings.patch_angle) == ("together", "patch", 1e-6)
-    assert (settings.merge, settings.tolerance, settings.budget) == (False, 1e-9, 10_000)
+    assert (settings.tolerance, settings.budget) == (1e-9, 10_000)
     (only,) = loaded.bodies
     assert isinstance(only.motion, Free)
     assert (only.motion.locked, only.motion.reacts, only.region, only.material) == (6 * (False,), True, "a", None)

@@ -5,7 +5,7 @@ bounds the rotations over the rest of a window. Legend: w angular velocity, L an
 principal inertias, all SI; s time from now on.
 """
 
-from math import inf, sqrt
+from math import expm1, inf, sqrt
 from typing import NamedTuple
 
 from comotion_server.kernels.flight import (
@@ -21,6 +21,8 @@ from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_pair import relative_rotation
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated_back, row, scaled, sub
 
+STRAYING_TRIES = 8  # to find a bound of the straying of an angular velocity that holds; each is half as large again
+STEEP = 4.0  # of an exponent: beyond it the bound says nothing that energy does not say
 CHEAP = 4  # sub-steps of a flight that are found from its origin each time
 
 
@@ -141,8 +143,28 @@ def spin_line(flights, bodies, i, L, w):
 
 
 @lean_jit
-def spin_over(flights, bodies, i, L, w, rotation_a, horizon):
-    """`Spin` over the next `horizon` [s], from Euler's I w' = M - w x I w (docs/time_of_impact.md, 2)."""
+def _straying(now, rate, growth, spread, horizon):
+    """Bounds (D, change) of how far w comes off its value in body axes [rad/s], and of |w'|, within `horizon` [s].
+
+    now, rate: |w'| and |w|; growth: |M| / I0; spread: (I2 - I0) / I0. inf where this is of no use.
+    """
+    D = now * horizon
+    for _ in range(STRAYING_TRIES):
+        pull = now + growth * (rate + D) * horizon
+        steep = 0.5 * spread * (2.0 * rate + D)
+        turned = steep * horizon
+        if turned > STEEP:
+            return inf, inf
+        grown = pull * horizon * (expm1(turned) / turned if turned > 0.0 else 1.0)
+        if grown <= D:
+            return D, pull + steep * D
+        D = 1.5 * grown
+    return inf, inf
+
+
+@lean_jit
+def spin_over(flights, bodies, i, L, w, now, rotation_a, horizon):
+    """`Spin` over the next `horizon` [s], from Euler's I w' = M - w x I w (docs/time_of_impact.md, 2); now: |w'|."""
     kind = flights.kind[i]
     rate, growth = spin_line(flights, bodies, i, L, w)
     if kind == STILL:
@@ -157,16 +179,21 @@ def spin_over(flights, bodies, i, L, w, rotation_a, horizon):
     spread = (moments[2] - moments[0]) / moments[0]
     change = growth + top * top * 0.5 * spread
     top = min(top, length(w) + change * horizon)
+    strays, gentle = _straying(now, length(w), growth, spread, horizon)
+    if gentle < change:
+        top, change = min(top, length(w) + strays), gentle
     return Spin(top, change, top * (growth + change * spread + change), 0, ZERO)
 
 
 @lean_jit
 def spins_over(flights, bodies, states, horizon):
     """`Spin` of both bodies from the states that `relate` left."""
-    _, _, rotation, L, w, _ = states
+    _, _, rotation, L, w, turned = states
+    now_a = length(angular_acceleration(flights, bodies, 0, rotation, L, w, turned))
+    now_b = length(angular_acceleration(flights, bodies, 1, rotation, L, w, turned))
     return (
-        spin_over(flights, bodies, 0, row(L, 0), row(w, 0), rotation[0], horizon),
-        spin_over(flights, bodies, 1, row(L, 1), row(w, 1), rotation[0], horizon),
+        spin_over(flights, bodies, 0, row(L, 0), row(w, 0), now_a, rotation[0], horizon),
+        spin_over(flights, bodies, 1, row(L, 1), row(w, 1), now_b, rotation[0], horizon),
     )
 
 

@@ -12,7 +12,7 @@ from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import relate, spins_over
 from comotion_server.kernels.pair_impact_bounds import LEVEL, limits_of, moving_corners, safe_time
 from comotion_server.kernels.triangle_distance import triangle_points
-from comotion_server.kernels.vectors import ZERO, add, cross, dot, length, scaled, sub
+from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, sub
 
 FREE, HIT, STALLED = 0, 1, 2  # of a pair over a window
 
@@ -20,6 +20,7 @@ EXPLAINS = 1e-6  # relative: how much of the distance the gap along a normal mus
 ROUNDING = 3e-14  # of the extent, the same absolutely: without it large faces take the noisy difference of points
 SHARP = 1e-6  # relative: how near the target a gap counts as come down to it; steps close in on it from above
 GRAIN = 1e-15  # of the extent, the same absolutely: what computing a gap may lose
+SLANT = 1e-3  # cosine of the angle to an edge up to which rounding may have made the direction of two points slant
 PAIR_STEPS = 2000  # of one pair over one window; more is a stall
 
 
@@ -55,6 +56,13 @@ def _wider(best, normal, least, c):
 
 
 @lean_jit
+def _upright(n, e):
+    """The direction n made normal to an edge e that it is nearly normal to; else nothing."""
+    square, slope = dot(e, e), dot(n, e)
+    return along(n, -slope / square, e) if slope * slope < SLANT * SLANT * square else ZERO
+
+
+@lean_jit
 def contact_normal(distance, n, c):
     """The separating axis of largest gap, which is right to rounding; if none explains the distance, n of the points.
 
@@ -70,9 +78,12 @@ def contact_normal(distance, n, c):
             v = sub(b[(j + 1) % 3], b[j])
             best = _wider(best, cross(u, v), LEVEL * sqrt(dot(u, u) * dot(v, v)), c)
     extent = length(c.a[0]) + length(c.b[0])
-    if best[0] >= distance * (1.0 - EXPLAINS) - ROUNDING * extent:
-        return best[1]
-    return n
+    enough = distance * (1.0 - EXPLAINS) - ROUNDING * extent
+    if best[0] < enough:  # a corner beside an edge in one plane, or two corners
+        for i in range(3):
+            best = _wider(best, _upright(n, sub(a[(i + 1) % 3], a[i])), 0.0, c)
+            best = _wider(best, _upright(n, sub(b[(i + 1) % 3], b[i])), 0.0, c)
+    return best[1] if best[0] >= enough else n
 
 
 @lean_jit

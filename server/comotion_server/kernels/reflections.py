@@ -21,12 +21,9 @@ APPROACH = 1e-9  # of the largest approach before: slower is none. A constant of
 MOST_ROWS = 1_000_000  # rows times reflections; above it the rest is taken at once. Mass ratio 1e10 against a wall: 6e5
 PATIENCE = 200  # reflections before asking whether the cluster carries a stress of its own; ten times that to ask again
 CHECK, REFLECT, STRESS, RESTART, FINISH = 0, 1, 2, 3, 4  # stages of an answer
-RESTITUTION = (0.0, -1.0, 0.0, 1.0, 0.0)  # of each stage; below zero: that of the contacts
-LOST, WORK, RUBBED = (
-    0,
-    1,
-    2,
-)  # in a book (3,) [J]: taken by restitution; done by motion that is given; taken by friction
+OWN = -1.0  # in the place of a restitution: that of the contacts
+RESTITUTION = (0.0, OWN, 0.0, 1.0, 0.0)  # of each stage
+LOST, WORK, RUBBED = 0, 1, 2  # in a book (3,) [J]: taken by restitution; done by motion that is given; by friction
 
 
 @jit

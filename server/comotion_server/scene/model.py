@@ -124,7 +124,6 @@ class Collisions:
         parallel: what carries the torque of level contacts: the whole patch (rule `exact`), the paper's criteria (P12;
             its rules), or nothing but the closest point.
         patch_angle: faces level within this angle [rad] touch as a whole; rule `exact`.
-        merge: whether bodies that meet with restitution 0 become one (P11); rule `exact`.
         substeps: N of the paper's queue (P10).
         parallel_face: |cos| of two faces' normals from which they count as parallel (P12).
         parallel_edge: |cos| of an edge and a face's normal up to which they count as parallel (P12).
@@ -140,7 +139,6 @@ class Collisions:
     simultaneous: Literal["together", "sequential"] = "together"
     parallel: Literal["patch", "paper", "off"] = BY_RULE
     patch_angle: float = 1e-6
-    merge: bool = False
     substeps: int = 2
     parallel_face: float = 0.999
     parallel_edge: float = 0.01

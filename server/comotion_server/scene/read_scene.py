@@ -158,7 +158,7 @@ def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
     collisions = raw.get("collisions", {})
     if not isinstance(collisions, dict):
         return
-    for below, message in collisions_rules(collisions, [table for _, table in _tables(raw, "material")]):
+    for below, message in collisions_rules(collisions):
         problems.add(("collisions", *below), message)
     if (rule := collisions.get("rule")) in PAPER_RULES:
         for kind in ("body", "array", "material"):

@@ -16,7 +16,7 @@ Found = tuple[tuple[str, ...], str]
 FREE_ONLY = ("locked", "reacts", "thrust")
 VELOCITIES = ("velocity", "angular_velocity")
 SHAPES = ("stl", "box", "prism", "plane")
-EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
+EXACT_ONLY = ("friction", "simultaneous", "patch_angle")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
 PAPER_RULES = ("paper", "paper-advance")
 PLACES = ("grid", "poses", "random")
@@ -47,13 +47,8 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
         yield from _motion_rules(body, motion)
 
 
-def collisions_rules(collisions: Mapping[str, Any], materials: Sequence[Mapping[str, Any]]) -> Iterator[Found]:
-    """Broken rules of `[collisions]`: keys that its rule does not take, and a merging that never happens.
-
-    Args:
-        collisions: the table as read.
-        materials: the tables of all pairs of materials as read.
-    """
+def collisions_rules(collisions: Mapping[str, Any]) -> Iterator[Found]:
+    """Broken rules of `[collisions]`, as read: keys that its rule does not take."""
     rule = collisions.get("rule", "exact")
     if rule == "exact":
         yield from _not_with(collisions, PAPER_ONLY, 'only the paper\'s rules take it; this is rule "exact"')
@@ -63,9 +58,6 @@ def collisions_rules(collisions: Mapping[str, Any], materials: Sequence[Mapping[
         yield from _not_with(collisions, EXACT_ONLY, f'only rule "exact" takes it; this is rule "{rule}"')
         if collisions.get("parallel") == "patch":
             yield ("parallel",), f'must be "paper" or "off" under rule "{rule}"; got "patch"'
-    restitutions = [table.get("restitution") for table in (collisions, *materials)]
-    if collisions.get("merge") is True and 0 not in restitutions:
-        yield ("merge",), "bodies merge where the restitution is 0, and it is so nowhere"
 
 
 def exact_only_rules(kind: str, table: Mapping[str, Any], rule: str) -> Iterator[Found]:

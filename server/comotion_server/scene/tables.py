@@ -115,8 +115,6 @@ class CollisionsTable(Table):
     """Level faces touch as a whole ("patch", rule `exact`), or push without turning ("paper", the paper's rules)."""
     patch_angle: float = quantity("rad", 1e-6, ge=0, le=0.1)
     """Faces level within this angle touch as a whole. Rule `exact` only."""
-    merge: bool = False
-    """Whether bodies that meet with restitution 0 become one. Rule `exact` only."""
     substeps: int = quantity("1", 2, ge=1, le=1_000_000)
     """N of the paper's queue: each advance covers the N-th part of the time to the earliest contact."""
     parallel_face: Annotated[float, Field(ge=0, le=1)] = quantity("1", 0.999)
