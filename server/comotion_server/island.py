@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Island:
     """Bodies on a flight under contact forces."""
 

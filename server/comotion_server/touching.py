@@ -15,7 +15,7 @@ Pair = tuple[int, int]
 ROUNDING = 1e-13  # of the bodies' speeds: slower opening or closing counts as none
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Touching:
     """Contacts of some bodies: c rows."""
 
@@ -61,7 +61,7 @@ class Touching:
         return sums[where]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Judgement:
     """What is found of each contact (c,)."""
 
@@ -74,7 +74,7 @@ class Judgement:
     stick: Mask  # pressed, and opening less than such a bounce
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class SoftImpact:
     """A contact that closed with e = 0 to come to rest."""
 
@@ -86,7 +86,7 @@ class SoftImpact:
     approach: float  # [m/s]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class RestRecord:
     """What islands did in a step."""
 
