@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 
 import numba
+from numba import config
 
 
 def _sources_hash() -> str:
@@ -32,16 +33,28 @@ def _cache_folder() -> Path:
 
 
 CACHE_FOLDER = _cache_folder()
+OPTIONS = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+KNOWN = numba.__version__.startswith("0.68.")  # linked.py uses inner parts of numba
+LINKED = KNOWN and not config.DISABLE_JIT  # type: ignore[attr-defined]
+
+if LINKED:
+    from comotion_server.kernels.linked import Entry
 
 
-def jit(function, _nrt=True):
-    """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules)."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE_FOLDER)
+def jit(function, *, _nrt=True):
+    """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules).
+
+    Machine code is made only of kernels that Python calls (linked.py); another numba makes it of all of them.
+    """
+    options = OPTIONS | {"_nrt": _nrt}
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True, _nrt=_nrt)(function)
+        if LINKED:
+            return Entry(function, options | {"nopython": True, "boundscheck": None})
+        return numba.njit(cache=True, **options)(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
 
 
 def lean_jit(function):
