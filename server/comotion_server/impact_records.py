@@ -10,7 +10,7 @@ def impacts_of(log: ImpactLog, settings: Collisions, names: tuple[str, ...], sta
     """The contact points of all impacts of a step that began at `start_time` [s]."""
     impacts = []
     rubs = settings.friction > 0.0 or any(settings.material_frictions.values())
-    for i in range(log.count[ROWS]):
+    for i in range(log.total[ROWS]):
         a, b = log.bodies[i].tolist()
         normal, impulse = log.normal[i].copy(), log.impulse[i]
         along = float(impulse @ normal)

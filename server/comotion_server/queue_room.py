@@ -13,7 +13,7 @@ from comotion_server.kernels.pair_memory import Pairs, new_pairs
 def enlarged(queue: Queue, code: int) -> Queue:
     """The same queue with twice the room for what `play` ran out of."""
     if code == events.LOG_FULL:
-        kept = {"count", "books"}
+        kept = {"total", "books"}
         columns = {name: _grown(getattr(queue.log, name)) for name in queue.log._fields if name not in kept}
         return queue._replace(log=queue.log._replace(**columns))
     if code == events.CONTACTS_FULL:

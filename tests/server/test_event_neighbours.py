@@ -61,5 +61,5 @@ def test_a_body_outside_all_cells_known_so_far_is_found():
     far = np.array([1e9, -1e9, 1e9])
     play = Play([Part(cube, far), Part(cube, (*(far[:1] + 3.0), *far[1:]), (-1.0, 0, 0)), Part(cube)], tolerance=1e-4)
     assert play.step(10.0) == DONE
-    assert play.queue.log.count[1] == 1
+    assert play.queue.log.total[1] == 1
     np.testing.assert_allclose(play.scene.v[0], [-1.0, 0.0, 0.0], atol=1e-12)

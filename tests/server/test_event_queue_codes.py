@@ -65,10 +65,10 @@ def test_a_full_log_stops_before_the_hit():
     assert whole.play(1.0) == DONE
     times = []
     while small.play(1.0) == LOG_FULL:
-        times += small.queue.log.time[: small.queue.log.count[0]].tolist()
+        times += small.queue.log.time[: small.queue.log.total[0]].tolist()
         clear(small.queue.log)
-    times += small.queue.log.time[: small.queue.log.count[0]].tolist()
-    assert times == whole.queue.log.time[: whole.queue.log.count[0]].tolist()
+    times += small.queue.log.time[: small.queue.log.total[0]].tolist()
+    assert times == whole.queue.log.time[: whole.queue.log.total[0]].tolist()
 
 
 def test_a_held_body_hands_over_what_hits_it():
@@ -105,7 +105,7 @@ def test_a_flat_fall_takes_all_four_corners_and_rests_at_the_end_of_its_bounces(
     assert play.queue.cluster.size[CONTACTS] == 4
     fall = np.sqrt(2.0)
     assert play.queue.now[0] == pytest.approx(3.0 * fall, abs=1e-3)
-    count = play.queue.log.count[0]
+    count = play.queue.log.total[0]
     bounces = play.queue.log.approach[:count:4]
     np.testing.assert_allclose(bounces, fall * 0.5 ** np.arange(len(bounces)), rtol=1e-8)
     assert play.scene.w[1] == pytest.approx([0, 0, 0.3], abs=1e-14)
@@ -135,7 +135,7 @@ def test_impulses_add_up_to_the_change_of_momentum():
         given[pairs.bodies[k, 0]] -= pairs.impulse[k]
         given[pairs.bodies[k, 1]] += pairs.impulse[k]
     logged = np.zeros_like(before)
-    count = log.count[0]
+    count = log.total[0]
     np.add.at(logged, log.bodies[:count, 1], log.impulse[:count])
     np.add.at(logged, log.bodies[:count, 0], -log.impulse[:count])
     gained = (play.scene.v - before)[1:] / play.scene.bodies.inverse_mass[1:]

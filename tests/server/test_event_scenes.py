@@ -53,7 +53,7 @@ def test_loses_energy_until_something_comes_to_rest(name, restitution):
     assert least >= LEAST_GAP * TOLERANCE * smallest(parts)
     assert play.queue.log.books.max() <= BOOKS
     assert play.queue.tally[LONGEST_RUN] <= 2
-    impacts = play.queue.log.count[0]
+    impacts = play.queue.log.total[0]
     assert impacts > 1
 
 
@@ -83,9 +83,9 @@ def test_a_step_in_pieces_gives_the_same_impacts(cuts):
     times = []
     for k in range(cuts):
         assert cut.step(duration / cuts) == DONE
-        count = cut.queue.log.count[0]
+        count = cut.queue.log.total[0]
         times += list(k * duration / cuts + cut.queue.log.contact_time[:count])
-    expected = whole.queue.log.contact_time[: whole.queue.log.count[0]]
+    expected = whole.queue.log.contact_time[: whole.queue.log.total[0]]
     assert len(times) == len(expected) > 5
     np.testing.assert_allclose(times[:8], expected[:8], rtol=0, atol=1e-12)
 

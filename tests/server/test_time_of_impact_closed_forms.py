@@ -111,7 +111,7 @@ def test_powers_of_two_scale_times_bit_by_bit():
 
 @pytest.mark.parametrize("gap", [0.3, 0.9])
 def test_touching_is_a_contact_if_it_closes_and_none_if_it_opens(gap):
-    """Starting with a gap within the tolerance: below the target, half of it, at once, above it when it has come down."""
+    """Starting within the tolerance: below the target, half of it, at once; above it, when it has come down."""
     cube, tolerance = box([1.0, 1.0, 1.0]), 1e-9
     still = Motion((np.eye(3), np.zeros(3)))
     closes = "touching" if gap < 0.5 else "hit"

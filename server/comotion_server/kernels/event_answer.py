@@ -28,7 +28,7 @@ def note_impacts(queue, scene):
     """A row of the log for each contact point that took part, and the sums and memory of the pairs."""
     cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.now[0]
     contacts, report = cluster.contacts, cluster.report
-    count = log.count[ROWS]
+    count = log.total[ROWS]
     for i in range(cluster.size[CONTACTS]):
         k, J = cluster.pair[i], row(cluster.impulse, i)
         pairs.impulse[k] = add(row(pairs.impulse, k), J)
@@ -49,10 +49,10 @@ def note_impacts(queue, scene):
         log.impulse[count] = J
         log.approach[count] = approach
         log.restitution[count] = cluster.restitution[i]
-        log.cluster[count] = log.count[IMPACTS]
+        log.cluster[count] = log.total[IMPACTS]
         count += 1
-    log.count[ROWS] = count
-    log.count[IMPACTS] += 1
+    log.total[ROWS] = count
+    log.total[IMPACTS] += 1
 
 
 @lean_jit

@@ -227,7 +227,7 @@ def _hit(queue, scene, rules, k, time):
     gather(queue, scene, k, time)
     if not contacts_of(queue, scene, rules):
         return CONTACTS_FULL
-    if queue.log.count[ROWS] + cluster.size[CONTACTS] > len(queue.log.time):
+    if queue.log.total[ROWS] + cluster.size[CONTACTS] > len(queue.log.time):
         return LOG_FULL
     code = _for_caller(queue, scene, rules, time)
     if code != DONE:

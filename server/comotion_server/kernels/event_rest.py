@@ -1,7 +1,7 @@
 """Which clusters come to rest: hops lower than the distance within which bodies touch cannot be told from contact.
 
 A contact is pressed when its gap accelerates towards zero on the flights as they are. From a speed u it then hops by
-u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go to and fro between
+u^2 / (2 |a|), so up to sqrt(2 |a| delta) it never leaves. Where nothing presses, bodies that go back and forth between
 others come to rest as well: the way that a pair went apart since its last impact, (t - t_last) u, falls below delta.
 """
 

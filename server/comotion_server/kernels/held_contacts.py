@@ -1,7 +1,5 @@
 """What is asked of the contacts of bodies that may come to rest: where they are, how fast they open, who gives way."""
 
-import numpy as np
-
 from comotion_server.kernels.cluster_rows import cluster_of, rows_along
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.contact_motion import refresh

@@ -125,10 +125,10 @@ def _is_steady(flights, members, touched, course, state):
     for i in touched:
         if flights.kind[i] != STILL and length(row(state[4], i)) > 0.0:
             return False
+    turning = 0.0
     for j in range(len(members)):
-        if length(row(course.torque[0], j)) > 0.0:
-            return False
-    return True
+        turning += length(row(course.torque[0], j))
+    return turning == 0.0
 
 
 @jit

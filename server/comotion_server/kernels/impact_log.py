@@ -19,11 +19,11 @@ class ImpactLog(NamedTuple):
     approach: np.ndarray  # (c,) speed before; negative: the points parted already [m/s]
     restitution: np.ndarray  # (c,)
     cluster: np.ndarray  # (c,) int64 number of the impact: contacts that were answered together have the same
-    count: np.ndarray  # (2,) int64 rows in use, impacts
+    total: np.ndarray  # (2,) int64 rows in use, impacts
     books: np.ndarray  # (3,) largest relative errors of momentum, angular momentum and energy of all impacts
 
 
-ROWS, IMPACTS = 0, 1  # of `count`
+ROWS, IMPACTS = 0, 1  # of `total`
 
 
 @jit
@@ -47,5 +47,5 @@ def new_impact_log(capacity):
 @jit
 def clear(log):
     """Forget all."""
-    log.count[:] = 0
+    log.total[:] = 0
     log.books[:] = 0.0
