@@ -107,12 +107,10 @@ class Simulation:
         dt = check_dt(dt)
         given = self._wrenches(forces, wrenches)
         sums = given.sums(self._last_sent().state.position)
-        kept = self._world.checkpoint()
+        if not self._world.stays_in_range(given.force, given.moment, dt):
+            raise StepInputError(f"dt = {dt} with these forces: the motion leaves the range of numbers")
         step = Step(self.time, dt, given)
         self._run(step)
-        if not self._world.is_finite():
-            self._world.restore(kept)
-            raise StepInputError(f"dt = {dt} with these forces: the motion leaves the range of numbers")
         self._clock, self._sent = self._clock.after(dt), None
         done = step.collisions
         status = "blocked" if done.blocked else "ok"

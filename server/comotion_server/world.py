@@ -27,6 +27,9 @@ from comotion_server.scene import Body, Fixed, Free, Prescribed, Scene
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e15  # [m] in a step; beyond it coordinates have lost their decimals
+MOST_TURNED = 1e12  # [rad] in a step, by its bound; likewise
+
 
 @dataclass(slots=True)
 class State:
@@ -90,6 +93,15 @@ class World:
         """Begins the step's flights under fluid forces [N] and moments [N m] (n,3), held to its end (P2)."""
         begin_all(self.flights, self.bodies, force + self.thrust, moment, *self.state.arrays)
 
+    def stays_in_range(self, force: Array, moment: Array, duration: float) -> bool:
+        """Whether flights of `duration` [s] under these forces [N] and moments [N m] (n,3) stay within what is computed."""
+        bodies, state = self.bodies, self.state
+        pull = bodies.inverse_mass * (force + self.thrust) + bodies.gravity
+        way = duration * (np.abs(state.velocity) + 0.5 * duration * np.abs(pull))
+        turn = duration * (np.abs(state.momentum) + duration * np.abs(moment)) / bodies.moments[:, :1]
+        turn[bodies.spin == SPIN_NONE] = 0.0
+        return bool((way < FARTHEST).all() and (turn < MOST_TURNED).all())
+
     def take_off_drifting(self) -> None:
         """Begins flights with the present velocities held: the prediction for midpoint sampling."""
         begin_drift(self.flights, *self.state.arrays)
@@ -120,10 +132,6 @@ class World:
         self.state.assign(state)
         for memory, before in zip(self.memories, memories, strict=True):
             memory.restore(before)
-
-    def is_finite(self) -> bool:
-        """Whether every number of the state is one."""
-        return all(np.isfinite(array).all() for array in self.state.arrays)
 
     def advance(self, time: float) -> None:
         """Moves all bodies to the local `time` [s] of their flights."""

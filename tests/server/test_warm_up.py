@@ -40,3 +40,41 @@ def test_a_run_compiles_and_loads_no_kernel_after_the_warm_up(parallel, request)
     source = RUN.format(tests=str(request.config.rootpath / "tests"), parallel=parallel)
     done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["True", "True", "0"]
+
+
+EXACT = """
+import sys
+sys.path.insert(0, {tests!r})
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+from scenes_by_hand import free_box, plane, scene_of
+from comotion_server.simulation import Simulation
+from comotion_server.warm_up import warm_up
+
+def compiled():
+    modules = [module for name, module in sys.modules.items() if name.startswith("comotion_server.kernels.")]
+    kernels = {{item for module in modules for item in vars(module).values() if isinstance(item, Dispatcher)}}
+    return sum(len(kernel.overloads) for kernel in kernels)
+
+# a spinning box falls onto one that rests on a floor
+spin = dict(velocity=(0.0, 0.0, -3.0), angular_velocity=(0.1, 0.2, 0.3))
+falling = free_box("falling", (1.0, 1.0, 1.0), 1.0, position=(0.2, 0.1, 2.0), **spin)
+resting = free_box("resting", (1.0, 1.0, 1.0), 1.0, position=(0.0, 0.0, 0.5))
+scene = scene_of(falling, resting, plane(), gravity=(0.0, 0.0, -10.0), friction={friction})
+warm_up(scene)
+simulation, warm = Simulation(scene), compiled()
+impacts = held = 0
+for _ in range(40):
+    simulation.mark_sent(simulation.sample(0.005, velocities=True))
+    out = simulation.step(0.01, {{"falling": np.full((8, 3), 0.1)}})
+    impacts += out.books.impacts
+    held += sum(float(np.abs(contact.held).sum()) for contact in out.contacts)
+print(impacts > 0, held > 0, compiled() - warm)
+"""
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_nor_does_a_run_of_rule_exact(friction, request):
+    source = EXACT.format(tests=str(request.config.rootpath / "tests"), friction=friction)
+    done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "True", "0"]
