@@ -14,6 +14,7 @@ from comotion_server.exact_scene import queue_of, rules_of, scene_of, solids_of
 from comotion_server.impact_records import impacts_of, soft_impacts_of
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
+from comotion_server.kernels.event_heap import take_out
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
 from comotion_server.kernels.flight import begin
 from comotion_server.queue_room import enlarged
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 MORE = 100  # hits granted after bodies were frozen
+MOST_AT_ONCE = 200  # times of help at one local time; more: it does not help
 LASTING = ("heap", "cells", "pairs", "held", "now", "tally")  # of the queue: what a step hands on to the next
 
 
@@ -56,6 +58,7 @@ class ExactQueue:
         open_gaps(world, self.scene, self.queue)
         self.islands = Islands(self.scene, self.queue, self.rules)
         self._elapsed = 0.0
+        self._at_once = (-1.0, 0)  # the last time of help, and how often it was asked for then
         self._frozen: list[int] = []
         self._stopped: dict[int, tuple[Array, Array]] = {}
         self._blocked: list[Blocked] = []
@@ -89,6 +92,9 @@ class ExactQueue:
     def _help(self, code: int, until: float) -> None:
         """Does what the compiled queue came back for."""
         queue, now = self.queue, float(self.queue.now[0])
+        self._at_once = (now, self._at_once[1] + 1 if now == self._at_once[0] else 0)
+        if self._at_once[1] > MOST_AT_ONCE and code in {events.REST, events.ISLAND}:
+            code = events.STALLED
         if code in {events.REST, events.ISLAND}:
             seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
             while not self.islands.rest(seeds.copy(), now, until):
@@ -100,7 +106,9 @@ class ExactQueue:
         elif code == events.SPENT:
             self._spend(now)
         elif code == events.STALLED:
-            self._stop(queue.pairs.bodies[queue.tally[ROW]], queue.pairs.bodies[queue.tally[ROW]][None], now)
+            pair = queue.pairs.bodies[queue.tally[ROW]].copy()
+            self._stop(pair, pair[None], now)
+            take_out(queue.heap, 2 * len(queue.held) + int(queue.tally[ROW]))  # both stand still to the end of the step
         elif code in {events.LOG_FULL, events.PAIRS_FULL, events.CONTACTS_FULL}:
             self._enlarge(code, now)
         elif code == events.OVERLAPPING:

@@ -96,9 +96,10 @@ class World:
     def stays_in_range(self, force: Array, moment: Array, duration: float) -> bool:
         """Whether flights of `duration` [s] under these forces [N] and moments [N m] (n,3) stay within what is computed."""
         bodies, state = self.bodies, self.state
-        pull = bodies.inverse_mass * (force + self.thrust) + bodies.gravity
-        way = duration * (np.abs(state.velocity) + 0.5 * duration * np.abs(pull))
-        turn = duration * (np.abs(state.momentum) + duration * np.abs(moment)) / bodies.moments[:, :1]
+        with np.errstate(over="ignore", invalid="ignore"):
+            pull = bodies.inverse_mass * (force + self.thrust) + bodies.gravity
+            way = duration * (np.abs(state.velocity) + 0.5 * duration * np.abs(pull))
+            turn = duration * (np.abs(state.momentum) + duration * np.abs(moment)) / bodies.moments[:, :1]
         turn[bodies.spin == SPIN_NONE] = 0.0
         return bool((way < FARTHEST).all() and (turn < MOST_TURNED).all())
 

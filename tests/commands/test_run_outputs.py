@@ -106,7 +106,8 @@ def test_contacts_sum_the_impulses_of_impacts(drop):
     along_normals = column(impacts, "impulse [N s]") * column(impacts, "nx", "ny", "nz")
     total = column(contacts, "jx [N s]", "jy [N s]", "jz [N s]").sum(axis=0)
     np.testing.assert_allclose(total, along_normals.sum(axis=0), atol=1e-9)
-    assert column(contacts, "count").sum() == len(impacts)
+    times = {(row["time [s]"], row["body_a"], row["body_b"]) for row in impacts}  # a patch gives a row for each point
+    assert column(contacts, "count").sum() == len(times)
 
 
 def test_an_output_folder_that_cannot_be_made_is_named(tmp_path):

@@ -128,8 +128,16 @@ def test_contacts_are_the_sum_of_the_impulses_and_explain_the_momentum():
 
 def test_bodies_that_touch_at_the_start_are_refused_by_name():
     with pytest.raises(SceneError, match=r'bodies "a" and "b": touch or overlap at the start'):
-        two_cubes(0.0, 1.0)
+        two_cubes(0.0, 1.0, rule="paper")
     with pytest.raises(SceneError, match="touch or overlap"):
+        two_cubes(-0.3, 1.0, rule="paper-advance")
+
+
+def test_rule_exact_gives_bodies_that_touch_a_gap_and_refuses_those_that_overlap():
+    sim = two_cubes(0.0, 0.0)
+    gap = sim.bodies.position[1, 0] - sim.bodies.position[0, 0] - 1.0
+    assert 0.0 < gap < 1e-7
+    with pytest.raises(SceneError, match=r'bodies "a" and "b": overlap at the start'):
         two_cubes(-0.3, 1.0)
 
 

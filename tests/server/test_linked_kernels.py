@@ -48,17 +48,6 @@ def test_the_pinned_numba_links():
     assert LINKED
 
 
-def test_callees_have_no_machine_code_until_python_calls_them():
-    values = np.array([1.0, 3.0, 7.0, 40.0])
-    assert counted(values).tolist() == [0, 1, 2, 3]
-    assert (len(counted.overloads), len(first_above.overloads), len(scaled.overloads)) == (1, 0, 0)
-    engine = counted.targetctx.codegen()._engine
-    (callee,) = scaled.callee.overloads.values()
-    assert not engine.is_symbol_defined(callee.fndesc.mangled_name)
-    assert scaled(3.0, 2.0) == 6.0
-    assert len(scaled.overloads) == 1
-
-
 def test_an_error_of_a_callee_reaches_python():
     assert asking(0.25) == 0.5
     with pytest.raises(ValueError, match="too large"):
