@@ -94,7 +94,7 @@ class World:
         begin_all(self.flights, self.bodies, force + self.thrust, moment, *self.state.arrays)
 
     def stays_in_range(self, force: Array, moment: Array, duration: float) -> bool:
-        """Whether flights of `duration` [s] under these forces [N] and moments [N m] (n,3) stay within what is computed."""
+        """Whether flights of `duration` [s] under forces [N] and moments [N m] (n,3) stay within what is computed."""
         bodies, state = self.bodies, self.state
         with np.errstate(over="ignore", invalid="ignore"):
             pull = bodies.inverse_mass * (force + self.thrust) + bodies.gravity
