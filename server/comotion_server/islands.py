@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.island import Island
-from comotion_server.kernels.contact_manifold import new_patch_work
+from comotion_server.kernels.contact_manifold import gap_of_pair, new_patch_work
 from comotion_server.kernels.contacts import Contacts
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_cluster import gather_about
@@ -52,6 +52,7 @@ TURN = 0.02  # [rad] per sub-step at most; larger: contact forces are less well 
 STRAY = 0.125  # of delta: how far a flight may stray from its contacts on the way; above 0.4 they touch
 BAND = 0.25  # of delta: how far a held gap may be off its middle before it is put back; above 0.4 it touches or opens
 KEEP = 0.1  # of delta: the gap that all others keep when some are put back; below, they touch
+LEAST = 0.05  # of delta: nothing is put back where it would bring bodies closer than this
 ATTEMPTS = 40  # to find the length of a sub-step before it is taken as it is
 SHORTEST = 1e-4  # of the first length tried: sub-steps are not made shorter to find where a contact parts
 SLID = 1e-9  # of a body's size: how far beyond its face a point may be where it is found to have slid off
@@ -315,11 +316,30 @@ class Islands:
         shift, turn = np.zeros_like(scene.x), np.zeros_like(scene.x)
         certificate = np.zeros(count, dtype=np.bool_)
         parts = (scene.bodies, touching.contacts, count, loaded, target, scene.R)
-        if displacements(*parts, shift, turn, certificate) == SOLVED:
-            move(scene.bodies, touching.members, 1.0, shift, turn, self.state)
+        if displacements(*parts, shift, turn, certificate) == SOLVED and self._move(touching.members, shift, turn):
             rows = touching.members
             work = (self._force[rows] * shift[rows]).sum() + (self._torque[rows] * turn[rows]).sum()
             self.record.shift_work += float(work)
+
+    def _move(self, members: Rows, shift: Array, turn: Array) -> bool:
+        """Moves bodies by shift [m] and turn [rad] (n,3), unless that would bring any of their pairs together."""
+        scene, pairs = self.scene, self.queue.pairs
+        x, R = scene.x[members].copy(), scene.R[members].copy()
+        move(scene.bodies, members, 1.0, shift, turn, self.state)
+        for k in np.flatnonzero(np.isin(pairs.bodies, members).any(axis=1)):
+            a, b = pairs.bodies[k].tolist()
+            least = LEAST * DELTA * float(pairs.tolerance[k])
+            if self._gap(a, b, least, pairs.witness[k]) < least:
+                scene.x[members], scene.R[members] = x, R
+                nothing = np.zeros((len(members), 3)), np.zeros((len(members), 3))
+                correct(scene.bodies, members, nothing, self.state)
+                return False
+        return True
+
+    def _gap(self, a: int, b: int, limit: float, witness: Rows) -> float:
+        """The gap of two bodies [m] where it is below `limit`."""
+        scene = self.scene
+        return float(gap_of_pair(scene.solids, a, b, scene.x, scene.R, limit, witness.copy(), self._work))
 
     # the next flights
 
