@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 COMMAND = (sys.executable, "-m", "comotion")
-START_PATIENCE = 120.0  # [s]: the first start on a machine compiles the kernels
+START_PATIENCE = 280.0  # [s]: the first start on a machine compiles the kernels
 
 
 def run_command(*arguments, **options):
