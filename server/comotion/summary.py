@@ -71,6 +71,23 @@ class Summary:
             },
         }
 
+    def warnings(self) -> list[str]:
+        """What a reader must not overlook, in whole sentences."""
+        record, told = self.record, []
+        if self.interrupted:
+            told.append("The run was interrupted.")
+        if record.blocked_at:
+            told.append(f"{len(record.blocked_at)} steps were blocked, the first one at {record.blocked_at[0]:.6g} s.")
+        if record.overlaps:
+            told.append(f"Bodies overlapped {record.overlaps} times, by {record.overlap_max:.3g} m at most.")
+        if record.budgets_exhausted:
+            told.append(f"The budget of responses was used up in {record.budgets_exhausted} steps.")
+        if record.capped:
+            told.append(f"{record.capped} impacts did not end and were answered without rebound.")
+        if record.fallback_steps:
+            told.append(f"Contacts were held by time-stepping in {record.fallback_steps} steps.")
+        return told
+
     def lines(self) -> list[str]:
         """Aligned text, one figure a line."""
         record, pace, share = self.record, self.wall_per_simulated, self.protocol_share
