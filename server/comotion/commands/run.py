@@ -6,7 +6,17 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comotion.commands.arguments import add_command, add_json, add_play, add_scene, closest, count, positive, scene_path, steps
+from comotion.commands.arguments import (
+    add_command,
+    add_json,
+    add_play,
+    add_scene,
+    closest,
+    count,
+    positive,
+    scene_path,
+    steps,
+)
 from comotion.commands.errors import UserError
 
 if TYPE_CHECKING:
@@ -44,7 +54,9 @@ def add_to(commands: Any) -> None:
     often = parser.add_mutually_exclusive_group()
     frames = f"pictures spread evenly over the run, with its start and end (default: {FRAMES}; 0: none)"
     often.add_argument("--frames", metavar="N", type=count, default=FRAMES, help=frames)
-    often.add_argument("--every", metavar="S", type=positive, help="a picture every S seconds of simulated time instead")
+    often.add_argument(
+        "--every", metavar="S", type=positive, help="a picture every S seconds of simulated time instead"
+    )
     stl = "write the surfaces of steps as STL: 100 or 10,20 or 0:1000:50 or all or last (default: last)"
     parser.add_argument("--stl", metavar="STEPS", nargs="?", const="last", type=steps, help=stl)
     resistance_of = "body whose contact resistance is plotted (default: the first one with prescribed motion)"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from comotion.outputs.picture import SIZE, VIEW_FROM, Box
 
 VIEW_ANGLE = 30.0  # [degrees], of the picture's height
+CENTRING = 8  # rounds of moving the box to the middle of the picture and coming nearer
 
 
 @dataclass(frozen=True)
@@ -26,16 +27,22 @@ class Camera:
     def on(cls, box: Box) -> Self:
         """The camera on a box, z up."""
         low, high = box
-        middle = (low + high) / 2
         away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
         right = np.cross([0.0, 0.0, 1.0], away)
         right /= np.linalg.norm(right)
         up = np.cross(away, right)
-        corners = np.array(list(product(*zip(low - middle, high - middle, strict=True))))
+        corners = np.array(list(product(*zip(low, high, strict=True))))
+        middle = (low + high) / 2
         slope = np.tan(np.radians(VIEW_ANGLE / 2))
-        heights = np.abs(corners @ up) / slope
-        widths = np.abs(corners @ right) / (slope * SIZE[0] / SIZE[1])
-        distance = np.max(np.maximum(heights, widths) + corners @ away)
+        slopes = np.array([slope * SIZE[0] / SIZE[1], slope])
+        for _ in range(CENTRING):
+            arms = corners - middle
+            across = np.stack([arms @ right, arms @ up], axis=1)
+            depth = arms @ away
+            distance = float(np.max(np.abs(across) / slopes + depth[:, None]))
+            seen = across / (distance - depth)[:, None]
+            shift = (seen.min(axis=0) + seen.max(axis=0)) / 2 * distance
+            middle = middle + shift[0] * right + shift[1] * up
         return cls(middle + distance * away, middle, right, up, away)
 
     def pixel(self, point: NDArray[np.float64]) -> tuple[float, float] | None:

@@ -46,7 +46,12 @@ def write_glb(
             if np.any(values != values[0]):
                 channels.append({"sampler": len(samplers), "target": {"node": row, "path": target}})
                 samplers.append({"input": input_times, "output": scene.accessor(values, kind)})
-    root = {"name": "world", "rotation": Z_UP, "children": list(range(len(nodes))), "extras": {"origin_m": origin.tolist()}}
+    root = {
+        "name": "world",
+        "rotation": Z_UP,
+        "children": list(range(len(nodes))),
+        "extras": {"origin_m": origin.tolist()},
+    }
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "comotion"},
         "scene": 0,

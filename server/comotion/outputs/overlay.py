@@ -9,7 +9,7 @@ from comotion.outputs.camera import Camera
 from comotion.outputs.picture import MARK, SIZE, Mark
 
 SMOOTH = 2  # drawn this much larger and scaled down, for smooth rings
-RING = (7.0, 26.0)  # radius [pixels] of the smallest and the largest impact
+RING = (5.0, 18.0)  # radius [pixels] of the smallest and the largest impact
 GROWTH = 0.9  # by which share of its radius a ring grows until it is gone
 FONT_SIZE = 22  # [pixels]
 
@@ -36,6 +36,6 @@ def _ring(pen: ImageDraw.ImageDraw, camera: Camera, mark: Mark) -> None:
     fade = 1.0 - mark.age
     alpha = f"{round(255 * fade):02x}"
     box = (x - radius, y - radius, x + radius, y + radius)
-    pen.ellipse(box, fill=f"{MARK}{round(70 * fade):02x}", outline=f"{MARK}{alpha}", width=2 * SMOOTH)
-    dot = 2.5 * SMOOTH
+    pen.ellipse(box, fill=f"{MARK}{round(45 * fade):02x}", outline=f"{MARK}{alpha}", width=2 * SMOOTH)
+    dot = 2.0 * SMOOTH
     pen.ellipse((x - dot, y - dot, x + dot, y + dot), fill=f"{MARK}{alpha}")

@@ -48,7 +48,9 @@ class PlainPainter:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         axes.set_box_aspect(high - low, zoom=1.3)
         across = np.linalg.norm(VIEW_FROM[:2])
-        axes.view_init(elev=np.degrees(np.arctan2(VIEW_FROM[2], across)), azim=np.degrees(np.arctan2(*VIEW_FROM[1::-1])))
+        axes.view_init(
+            elev=np.degrees(np.arctan2(VIEW_FROM[2], across)), azim=np.degrees(np.arctan2(*VIEW_FROM[1::-1]))
+        )
         axes.set_axis_off()
         figure.text(0.02, 0.95, caption, fontsize=14, color="#26323c")
         figure.savefig(path)

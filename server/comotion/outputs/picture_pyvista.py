@@ -26,6 +26,7 @@ pv: Any = import_module("pyvista")
 
 SUN = np.array([0.8, 0.25, -1.0])  # direction of its light; shadows are points moved along it onto one plane
 LIFT = 4e-4  # part of the scene's size by which shadows lie above the water, or the two flicker
+WATER_REACH = 6.0  # sizes of the scene by which the water goes on around it: beyond the picture's edges
 TINT = 0.035  # bodies of one colour differ by as much in brightness, so that neighbours are told apart
 
 
@@ -89,9 +90,9 @@ class ShadedPainter:
 
     def _furnish(self, still: Still) -> None:
         plotter = self._plotter
-        plotter.set_background("#f7f9fb", top="#c9d8e4")
+        plotter.set_background("#e3eaf0", top="#b4c7d6")
         self._light()
-        shine = {"ambient": 0.15, "specular": 0.2, "specular_power": 12}
+        shine = {"ambient": 0.18, "specular": 0.15, "specular_power": 12}
         plotter.add_mesh(self._faces, scalars="colour", rgb=True, smooth_shading=True, **shine)
         if len(self._shading.edges):
             plotter.add_mesh(self._edges, color="#26323c", line_width=1.0, opacity=0.7, style="wireframe")
@@ -105,7 +106,7 @@ class ShadedPainter:
         plotter.enable_anti_aliasing("ssaa")
 
     def _light(self) -> None:
-        sun = pv.Light(light_type="scene light", intensity=0.6)
+        sun = pv.Light(light_type="scene light", intensity=0.64)
         elevation = np.degrees(np.arctan2(-SUN[2], np.hypot(*SUN[:2])))
         sun.set_direction_angle(elevation, np.degrees(np.arctan2(*-SUN[1::-1])))
         self._plotter.add_light(sun)
@@ -113,7 +114,7 @@ class ShadedPainter:
 
     def _add_water(self, still: Still, level: float) -> None:
         low, high = still.box
-        edge = 1.5 * float(np.max(high - low))
+        edge = WATER_REACH * float(np.max(high - low))
         low = np.minimum(still.surface.points.min(axis=0), low) - edge
         high = np.maximum(still.surface.points.max(axis=0), high) + edge
         middle = (low + high) / 2

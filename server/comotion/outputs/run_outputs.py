@@ -147,7 +147,8 @@ class RunOutputs:
             return None
         from comotion.outputs.surface_series import ImpactSeries, SurfaceSeries
 
-        surfaces = SurfaceSeries(self._folder / "bodies.vtkhdf", self._surface, self._subject.motion)
+        path, subject = self._folder / "bodies.vtkhdf", self._subject
+        surfaces = SurfaceSeries(path, self._surface, subject.motion, subject.water_level)
         return surfaces, ImpactSeries(self._folder / "impacts.vtkhdf", self._names)
 
     def _open_film(self) -> "Film | None":

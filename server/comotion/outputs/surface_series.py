@@ -35,10 +35,11 @@ CHUNK_STEPS = 64  # entries of the per-step lists in one chunk of the file
 class SurfaceSeries:
     """Writes `points` and `velocity` of one surface over time; the body of each triangle is the cell array `body`.
 
-    Beside it, in the group `comotion`: `names` of the bodies in the order of their numbers, `poses` and `twists`.
+    Beside it, in the group `comotion`: `names` and `motion` of the bodies in the order of their numbers, `poses`,
+    `twists`, the body of each point, and as attribute the water level [m], if there is water.
     """
 
-    def __init__(self, path: Path, surface: Surface, motion: Mapping[str, str]) -> None:
+    def __init__(self, path: Path, surface: Surface, motion: Mapping[str, str], water_level: float | None) -> None:
         triangles, points = surface.triangles, len(surface.points)
         self._file = h5py.File(path, "w")
         self._points = points
@@ -52,7 +53,7 @@ class SurfaceSeries:
         root["CellData/body"] = surface.body_of_triangle.astype(np.int32)
         self._root = root
         self._steps = _create_steps(root, ("CellDataOffsets/body", "PointDataOffsets/velocity"))
-        self._own = _create_own(self._file, surface, motion)
+        self._own = _create_own(self._file, surface, motion, water_level)
 
     def append(
         self, time: float, points: NDArray[np.float64], poses: NDArray[np.float64], twists: NDArray[np.float64]
@@ -150,9 +151,12 @@ def _create_root(file: Any) -> Any:
     return root
 
 
-def _create_own(file: Any, surface: Surface, motion: Mapping[str, str]) -> Any:
+def _create_own(file: Any, surface: Surface, motion: Mapping[str, str], water_level: float | None) -> Any:
     """What VTK has no place for: who the bodies are and how they are moved."""
     own = file.create_group("comotion")
+    if water_level is not None:
+        own.attrs["water_level"] = water_level
+    own["body_of_point"] = surface.body_of_point.astype(np.int32)
     names = [body.name for body in surface.bodies]
     text = h5py.string_dtype("utf-8")
     own.create_dataset("names", data=names, dtype=text)
