@@ -1,9 +1,9 @@
 """Golden bytes of every message and every error, for tests in any language.
 
-`python -m comotion_protocol.vectors [FOLDER]` writes five files of cases: `requests.json`, `replies.json` and `news.json` hold
-header and bulk as hexadecimal and what they mean, `errors.json` the payloads of error replies, `refused.json`
-requests that must be refused, and how. Floats in the meaning are JSON numbers that read back bit for bit; arrays are
-`{dtype, shape, values}`.
+`python -m comotion_protocol.vectors [FOLDER]` writes five files of cases: `requests.json`, `replies.json` and
+`news.json` hold header and bulk as hexadecimal and what they mean, `errors.json` the payloads of error replies,
+`refused.json` requests that must be refused, and how. Floats in the meaning are JSON numbers that read back bit for
+bit; arrays are `{dtype, shape, values}`.
 """
 
 import json

@@ -1,7 +1,8 @@
 """The service: bytes in, bytes out. A request is decoded, judged by the session, done by the simulation, and answered.
 
-One worker at a time calls `handle` for open, step, close and look, and `tell` (see `Desk`); for status, `refuse_open` and the coming and
-going of clients any thread may call, at any time. A request that is refused or fails leaves everything as it was.
+One worker at a time calls `handle` for open, step, close and look, and `tell` (see `Desk`); for status, `refuse_open`
+and the coming and going of clients any thread may call, at any time. A request that is refused or fails leaves
+everything as it was.
 """
 
 import secrets
@@ -95,7 +96,7 @@ class Service:
         self._audience = audience
 
     def tell(self) -> None:
-        """Tell the audience of the step accepted last, once; for the thread of `handle`, after the reply is on its way."""
+        """Tell the audience of the step accepted last, once; in the thread of `handle`, when the reply is sent."""
         untold, self._untold = self._untold, None
         audience = self._audience
         if untold is None or audience is None:

@@ -60,7 +60,12 @@ def _watch(options: argparse.Namespace, is_over: Callable[[], bool]) -> int:
         for needed in ("bodies.vtkhdf", "impacts.csv"):
             if not (options.replay / needed).is_file():
                 raise UserError(f"--replay: there is no {needed} in {options.replay}; `comotion run --out` writes it")
-        _serve(ReplaySource(options.replay), options, is_over)
+        try:
+            source = ReplaySource(options.replay)
+        except (OSError, KeyError) as error:
+            text = f"--replay: {options.replay} was not written by this version of `comotion run --out`: {error}"
+            raise UserError(text) from None
+        _serve(source, options, is_over)
         return 0
     from comotion_protocol.watch_client import WatchClient
 

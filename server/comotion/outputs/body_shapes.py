@@ -11,7 +11,7 @@ from comotion.outputs.surface import Surface
 
 @dataclass(frozen=True)
 class BodyShape:
-    """One body: `corners` and `normals`, shape (3 m, 3), three to a triangle, and ends of `edges`, shape (2 k, 3), [m]."""
+    """One body: `corners` [m] and `normals`, shape (3 m, 3), three to a triangle; ends of `edges` [m] (2 k, 3)."""
 
     name: str
     corners: NDArray[np.float32]

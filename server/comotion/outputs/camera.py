@@ -15,7 +15,7 @@ CENTRING = 8  # rounds of moving the box to the middle of the picture and coming
 
 @dataclass(frozen=True)
 class Camera:
-    """`eye` and `middle` [m], shape (3,); `right`, `up` and `away` are unit vectors of the picture and towards the eye."""
+    """`eye` and `middle` [m], shape (3,); unit vectors `right` and `up` of the picture, and `away` towards the eye."""
 
     eye: NDArray[np.float64]
     middle: NDArray[np.float64]

@@ -40,8 +40,10 @@ class History:
         energies = (books.rest_energy or 0.0, books.shift_work or 0.0)
         self.table.write(
             [
-                (step.time, step.dt, step.reply.status, wait, books.impacts, budget.used, *errors)
-                + (books.overlaps, books.overlap_max, *energies)
+                (
+                    *(step.time, step.dt, step.reply.status, wait, books.impacts, budget.used),
+                    *(*errors, books.overlaps, books.overlap_max, *energies),
+                )
             ]
         )
         self.rows.append((step.time, wait, books.impacts, *errors, *energies))

@@ -77,7 +77,7 @@ class ShadedPainter:
     def _cast(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """The points moved along the sun's light onto the plane of shadows; what lies below it, straight up."""
         drop = np.maximum(points[:, 2:] - self._height, 0.0)
-        flat = points - drop * SUN / SUN[2]
+        flat: NDArray[np.float64] = points - drop * SUN / SUN[2]
         flat[:, 2] = self._height
         return flat
 
@@ -131,4 +131,5 @@ def _palette(still: Still) -> NDArray[np.uint8]:
     """A colour per body, shape (bodies, 3): by the way it moves, in slightly different shades."""
     base = np.array([pv.Color(still.colour(body.name)).int_rgb for body in still.surface.bodies], dtype=float)
     step = np.arange(len(base)) * 0.618034 % 1.0  # the golden ratio: neighbours in the list lie far apart
-    return np.clip(base * (1.0 - TINT * (0.5 + step))[:, None], 0, 255).astype(np.uint8)
+    shades: NDArray[np.uint8] = np.clip(base * (1.0 - TINT * (0.5 + step))[:, None], 0, 255).astype(np.uint8)
+    return shades

@@ -19,14 +19,17 @@ STYLE = """
 *{box-sizing:border-box}body{margin:0;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,sans-serif}
 main{max-width:1060px;margin:0 auto;padding:2rem 1.2rem}h1{margin:0;font-size:1.8rem}
 h2{margin:2.2rem 0 .6rem;font-size:1.15rem}
-.sub{color:var(--dim);margin:.1rem 0 1.2rem}figure{margin:0 0 1rem}figcaption{color:var(--dim);font-size:.88rem;margin-top:.25rem}
+.sub{color:var(--dim);margin:.1rem 0 1.2rem}figure{margin:0 0 1rem}
+figcaption{color:var(--dim);font-size:.88rem;margin-top:.25rem}
 img{display:block;width:100%;border-radius:8px;border:1px solid var(--line);background:#fff}
 .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:.8rem}.wide{overflow-x:auto}
-pre{overflow-x:auto;background:var(--card);border:1px solid var(--line);border-radius:8px;padding:.8rem 1rem;font-size:.86rem}
+pre{overflow-x:auto;background:var(--card);border:1px solid var(--line);border-radius:8px;padding:.8rem 1rem;
+font-size:.86rem}
 table{border-collapse:collapse;width:100%;background:var(--card);border:1px solid var(--line);font-size:.92rem}
 td,th{padding:.32rem .7rem;text-align:left;vertical-align:top;border-bottom:1px solid var(--line)}
 th{font-weight:600;white-space:nowrap}td{font-variant-numeric:tabular-nums}
-.warn{border-left:4px solid var(--red);background:var(--card);padding:.5rem .9rem;margin:.4rem 0}.out td{color:var(--dim)}
+.warn{border-left:4px solid var(--red);background:var(--card);padding:.5rem .9rem;margin:.4rem 0}
+.out td{color:var(--dim)}
 """
 
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 CREASE = np.cos(np.radians(30.0))  # cosine of the angle between normals from which on an edge is seen as one
 
+TINY = np.finfo(float).tiny  # in place of a length of zero: a degenerate triangle has no normal
+
 
 class Shading:
     """Of `points` [m], shape (n, 3), and `triangles`, shape (m, 3), into them.
@@ -18,7 +20,7 @@ class Shading:
     def __init__(self, points: NDArray[np.floating], triangles: NDArray[np.int64]) -> None:
         self._triangles = triangles
         area = face_normals(points, triangles)
-        unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), np.finfo(float).tiny)
+        unit = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), TINY)
         self._faces, self._first = _level_faces(triangles, unit)
         self.edges = _sharp_edges(triangles, unit)
 
@@ -28,7 +30,8 @@ class Shading:
         if not len(area):
             return np.zeros((0, 3))
         summed = np.add.reduceat(area[self._faces], self._first, axis=0)
-        return summed / np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), np.finfo(float).tiny)
+        unit: NDArray[np.float64] = summed / np.maximum(np.linalg.norm(summed, axis=1, keepdims=True), TINY)
+        return unit
 
 
 def face_normals(points: NDArray[np.floating], triangles: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -88,7 +88,7 @@ class SurfaceSeries:
 
 
 class ImpactSeries:
-    """Writes the impacts since the state before as points with `impulse` [N s] on body b, `approach_speed` and bodies."""
+    """Writes impacts since the state before as points with `impulse` [N s] on body b, `approach_speed`, bodies."""
 
     def __init__(self, path: Path, names: Sequence[str]) -> None:
         self._rows = {name: row for row, name in enumerate(names)}

@@ -2,9 +2,8 @@
 
 import threading
 from collections import deque
-from contextlib import AbstractContextManager
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comotion.outputs.body_shapes import body_shapes
 from comotion.outputs.surface import Surface
@@ -12,6 +11,9 @@ from comotion.watching.page_message import page_message
 from comotion.watching.scene_message import scene_message
 from comotion_protocol.messages import EventsNews, StateNews, StatusReply
 from comotion_protocol.watch_client import WatchClient
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
 
 IMPACTS_KEPT = 200  # the newest ones between two messages
 

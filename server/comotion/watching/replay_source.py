@@ -2,7 +2,6 @@
 
 import csv
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from comotion.outputs.body_shapes import body_shapes
 from comotion.outputs.surface import Surface
 from comotion.watching.page_message import page_message
 from comotion.watching.scene_message import scene_message
+from comotion_protocol.messages import Region, RegionBody
 
 IMPACTS_SHOWN = 20_000  # the largest ones
 
@@ -23,7 +23,7 @@ class ReplaySource:
         """Read `bodies.vtkhdf` and `impacts.csv`.
 
         Raises:
-            OSError: the folder holds no series.
+            OSError, KeyError: the folder holds no such series.
         """
         import h5py
 
@@ -66,8 +66,8 @@ def _surface(names: list[str], points: Any, connectivity: NDArray[Any], body_of_
     regions, vertices, faces = [], {}, {}
     for row, name in enumerate(names):
         rows = np.flatnonzero(body_of_point == row)  # a body's points lie together
-        body = SimpleNamespace(name=name, first_vertex=0, vertex_count=len(rows))
-        regions.append(SimpleNamespace(name=name, vertex_count=len(rows), bodies=(body,)))
+        own = RegionBody(name=name, first_vertex=0, vertex_count=len(rows))
+        regions.append(Region(name=name, vertex_count=len(rows), triangle_count=0, bodies=(own,)))
         vertices[name] = first[rows]
         faces[name] = (triangles[body_of_point[triangles[:, 0]] == row] - rows[0]).astype(np.uint32)
     return Surface(regions, vertices, faces)

@@ -91,17 +91,29 @@ function place(poses, start, origin) {
   if (!view.placed && view.meshes.length) look();
 }
 
+// Where a body is, or in a recorded run will ever be.
+function* centres(mesh) {
+  yield mesh.position;
+  if (!view.film) return;
+  const poses = view.film.poses, stride = 7 * view.bodies.length;
+  for (let at = 7 * view.meshes.indexOf(mesh); at < poses.length; at += stride)
+    yield new three.Vector3(poses[at], poses[at + 1], poses[at + 2]);
+}
+
 // The camera on what moves, once; the water around it.
 function look() {
   view.placed = true;
   const low = new three.Vector3(1e9, 1e9, 1e9), high = low.clone().negate(), corner = new three.Vector3();
   const seen = view.meshes.filter((_, row) => view.bodies[row].motion !== "fixed");
   for (const mesh of seen.length ? seen : view.meshes) {
-    mesh.updateMatrixWorld();
     const position = mesh.geometry.attributes.position;
+    const least = new three.Vector3(), most = new three.Vector3(); // of the body, from its centre
     for (let i = 0; i < position.count; i++) {
-      corner.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
-      low.min(corner); high.max(corner);
+      corner.fromBufferAttribute(position, i).applyQuaternion(mesh.quaternion);
+      least.min(corner); most.max(corner);
+    }
+    for (const centre of centres(mesh)) {
+      low.min(corner.copy(centre).add(least)); high.max(corner.copy(centre).add(most));
     }
   }
   const middle = low.clone().add(high).multiplyScalar(0.5);
