@@ -96,7 +96,8 @@ class Service:
         self._audience = audience
 
     def tell(self) -> None:
-        """Tell the audience of the step accepted last, once; in the thread of `handle`, when the reply is sent."""
+        """Tell the audience how things are, and once of the step accepted last; in the worker, after an answer."""
+        self._tell_progress()
         untold, self._untold = self._untold, None
         audience = self._audience
         if untold is None or audience is None:
@@ -266,14 +267,13 @@ class Service:
         with self._lock:
             self._session.judge_close(request)
             self._session.release()
-            reply = codec.encode_reply(m.CloseReply(steps=self._session.step, time=self._time))
-        self._tell_progress()
-        return reply
+            return codec.encode_reply(m.CloseReply(steps=self._session.step, time=self._time))
 
     @contextmanager
     def _at_work(self) -> Iterator[None]:
         """While the simulation computes: status shows it and counts the time."""
         self._set_computing(computing=True)
+        self._tell_progress()
         started = self._clock()
         try:
             yield
@@ -286,7 +286,6 @@ class Service:
             self._computing = computing
             self._session.at_work(working=computing)
             self._phase_now(self._clock())
-        self._tell_progress()
 
     def _phase_now(self, now: float) -> tuple[Any, float]:
         """The phase, and since when."""

@@ -126,7 +126,8 @@ function look() {
   sun.target.position.copy(middle);
   if (view.water !== null && view.water !== undefined) {
     const sheet = new three.Mesh(new three.PlaneGeometry(30 * view.size, 30 * view.size),
-      new three.MeshBasicMaterial({ color: 0x3f86b5, transparent: true, opacity: 0.45, depthWrite: false }));
+      new three.MeshBasicMaterial({ color: 0x3f86b5, transparent: true, opacity: 0.45,
+        depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 })); // as bodies are
     sheet.position.set(middle.x, middle.y, view.water - view.origin[2]);
     scene.add(sheet);
   }
@@ -152,7 +153,7 @@ function ring([, x, y, z, impulse], born) {
   largest = Math.max(largest, impulse);
   const mark = rings[turn++ % RINGS];
   mark.sprite.position.set(x - view.origin[0], y - view.origin[1], z - view.origin[2]);
-  Object.assign(mark, { born, scale: 0.012 + 0.03 * Math.sqrt(Math.max(impulse, 0) / (largest || 1)) });
+  Object.assign(mark, { born, scale: 0.01 + 0.022 * Math.sqrt(Math.max(impulse, 0) / (largest || 1)) });
 }
 function fade(now) {
   for (const { sprite, born, scale } of rings) {
