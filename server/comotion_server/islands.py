@@ -334,7 +334,7 @@ class Islands:
             self._shift(touching, np.zeros_like(loaded), np.where(near, -off, keeps), time)
 
     def _shift(self, touching: Touching, exactly: Mask, target: Array, time: float) -> bool:
-        """Moves bodies as little as opens gaps by `target` (c,) [m] at least, some exactly; whether that is possible."""
+        """Moves bodies as little as opens gaps by `target` (c,) [m], some exactly; whether that is possible."""
         scene, members = self.scene, touching.members
         shift, turn = np.zeros_like(scene.x), np.zeros_like(scene.x)
         certificate = np.zeros(touching.count, dtype=np.bool_)

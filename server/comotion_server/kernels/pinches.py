@@ -50,7 +50,9 @@ def hurls(cluster, contacts, before, after, least):
             arm = row(contacts.arm_a, i) if side == 0 else row(contacts.arm_b, i)
             turn = ZERO
             for k in range(3):
-                turn = along(turn, (after[j, 3 + k] - before[j, 3 + k]) * cluster.ease[j, 3 + k], row(cluster.axes[j], k))
+                turn = along(
+                    turn, (after[j, 3 + k] - before[j, 3 + k]) * cluster.ease[j, 3 + k], row(cluster.axes[j], k)
+                )
             change = (
                 (after[j, 0] - before[j, 0]) * cluster.ease[j, 0],
                 (after[j, 1] - before[j, 1]) * cluster.ease[j, 1],
