@@ -80,10 +80,12 @@ def test_the_report_needs_nothing_else_and_takes_no_name_as_html(tmp_path):
         largest=[impact(0.1, (0, 0, 0), body=bad)],
         version="1",
         folder=tmp_path,
+        strip=[tmp_path / "final.png"],
         files=[bad],
     ).write(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert "<script" not in page
     assert page.count("&lt;script&gt;alert(1)") >= 6
     assert "data:image/png;base64," in page
+    assert "data:image/jpeg;base64," in page
     assert "http" not in page

@@ -40,6 +40,7 @@ def test_keys():
         "step": "comotion/1/a/step",
         "close": "comotion/1/a/close",
         "status": "comotion/1/a/status",
+        "look": "comotion/1/a/look",
     }
     assert keys.server_token("a") == "comotion/1/a/alive/server"
     assert keys.instance_token("a", "x2") == "comotion/1/a/alive/instance/x2"

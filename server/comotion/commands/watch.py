@@ -21,7 +21,7 @@ EXAMPLES = """\
   comotion watch --replay out/channel             the same page plays what `comotion run --out` recorded
 
 The server works for watchers only while one is there: while a page is open, or the table runs. Stop with Ctrl-C.
-exit codes: 0 done; 1 the server went away; 2 wrong use, no server, nothing recorded
+exit codes: 0 done; 1 no server, or it went away; 2 wrong use, nothing recorded
 """
 
 

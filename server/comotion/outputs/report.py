@@ -4,6 +4,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from comotion_protocol.messages import Impact, OpenReply
 
 LARGEST = 12  # impacts listed
+SMALL = (640, 360)  # [pixels] of a frame in a row
 TYPES = {".png": "image/png", ".gif": "image/gif"}
 STYLE = """
 :root{color-scheme:light dark;--ink:#22303c;--dim:#5d6d7a;--line:#d5dee6;--page:#f7f9fb;--card:#fff;--red:#b5482a}
@@ -76,7 +78,7 @@ class Report:
     def _strip(self) -> str:
         if not self.strip:
             return ""
-        return "<h2>Frames</h2><div class=row>" + "".join(_image(path, path.stem) for path in self.strip) + "</div>"
+        return "<h2>Frames</h2><div class=row>" + "".join(map(_small_image, self.strip)) + "</div>"
 
     def _plots(self) -> str:
         books = self._figure("books.png", "how the books of the impacts close")
@@ -122,6 +124,18 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
     return f"<div class=wide><table>{top}{body}</table></div>"
 
 
+def _small_image(path: Path) -> str:
+    """A frame as it is shown in a row of frames."""
+    from PIL import Image
+
+    data = BytesIO()
+    Image.open(path).resize(SMALL, Image.Resampling.LANCZOS).save(data, "JPEG", quality=88)
+    return _embedded(data.getvalue(), "image/jpeg", path.stem)
+
+
 def _image(path: Path, text: str) -> str:
-    data = b64encode(path.read_bytes()).decode("ascii")
-    return f'<img alt="{escape(text)}" src="data:{TYPES[path.suffix]};base64,{data}">'
+    return _embedded(path.read_bytes(), TYPES[path.suffix], text)
+
+
+def _embedded(data: bytes, kind: str, text: str) -> str:
+    return f'<img alt="{escape(text)}" src="data:{kind};base64,{b64encode(data).decode("ascii")}">'
