@@ -1,16 +1,16 @@
-"""The camera of the pictures: looks at a box from as near as shows all eight corners."""
+"""The camera of the pictures: looks at points from as near as shows them all."""
 
 from dataclasses import dataclass
-from itertools import product
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion.outputs.picture import SIZE, VIEW_FROM, Box
+from comotion.outputs.picture import SIZE, VIEW_FROM
 
 VIEW_ANGLE = 30.0  # [degrees], of the picture's height
-CENTRING = 8  # rounds of moving the box to the middle of the picture and coming nearer
+MARGIN = 0.92  # part of the picture, from its middle, in which the points are
+CENTRING = 8  # rounds of moving the points to the middle of the picture and coming nearer
 
 
 @dataclass(frozen=True)
@@ -24,22 +24,20 @@ class Camera:
     away: NDArray[np.float64]
 
     @classmethod
-    def on(cls, box: Box) -> Self:
-        """The camera on a box, z up."""
-        low, high = box
+    def on(cls, points: NDArray[np.float64]) -> Self:
+        """The camera on points [m], shape (n, 3), z up."""
         away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
         right = np.cross([0.0, 0.0, 1.0], away)
         right /= np.linalg.norm(right)
         up = np.cross(away, right)
-        corners = np.array(list(product(*zip(low, high, strict=True))))
-        middle = (low + high) / 2
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
         slope = np.tan(np.radians(VIEW_ANGLE / 2))
         slopes = np.array([slope * SIZE[0] / SIZE[1], slope])
         for _ in range(CENTRING):
-            arms = corners - middle
+            arms = points - middle
             across = np.stack([arms @ right, arms @ up], axis=1)
             depth = arms @ away
-            distance = float(np.max(np.abs(across) / slopes + depth[:, None]))
+            distance = float(np.max(np.abs(across) / (MARGIN * slopes) + depth[:, None]))
             seen = across / (distance - depth)[:, None]
             shift = (seen.min(axis=0) + seen.max(axis=0)) / 2 * distance
             middle = middle + shift[0] * right + shift[1] * up

@@ -22,6 +22,7 @@ TIME_ROUNDING = 1e-9  # [s]: sample times are sums of steps
 GIF_SIZE = (800, 450)  # [pixels]
 GIF_COLOURS = 128
 GIF_DELAY = (0.04, 0.25)  # [s] least and most between frames: real time where it lies between
+LOOKS = 12  # states by which the view is chosen
 STRIP = 6  # frames in the strip of the report
 
 
@@ -74,14 +75,13 @@ class Film:
         still.surface.points[:] = self._states[index]
         hand.paint(path, self._marks(index), f"{title}   t = {self.times[index]:.3f} s")
 
-    def _seen(self, still: Still) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The box of what moves in all states."""
-        boxes = []
-        for state in self._states:
-            still.surface.points[:] = state
-            boxes.append(still.moving_box())
-        lows, highs = zip(*boxes, strict=True)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+    def _seen(self, still: Still) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), of what moves, in states over the whole run."""
+        points = []
+        for index in np.unique(np.linspace(0, len(self._states) - 1, LOOKS).astype(int)):
+            still.surface.points[:] = self._states[index]
+            points.append(still.moving_points())
+        return np.concatenate(points)
 
     def _marks(self, index: int) -> list[Mark]:
         now, linger = self.times[index], LINGER * self.interval

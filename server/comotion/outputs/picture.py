@@ -40,13 +40,13 @@ class Mark:
 class Still:
     """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m].
 
-    `seen` is what the view takes in; the box of what moves unless told otherwise.
+    `seen`, points [m] of shape (n, 3), is what the view takes in; what moves unless told otherwise.
     """
 
     surface: Surface
     motion: Mapping[str, str]
     water_level: float | None
-    seen: Box | None = None
+    seen: NDArray[np.float64] | None = None
 
     def colour(self, body: str) -> str:
         """Colour of a body by the way it moves."""
@@ -57,17 +57,21 @@ class Still:
         return self.motion.get(body, "free") != "fixed"
 
     @property
+    def points_seen(self) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), that the view takes in."""
+        return self.moving_points() if self.seen is None else self.seen
+
+    @property
     def box(self) -> Box:
         """Lowest and highest corner [m] of what is seen, a little enlarged."""
-        low, high = self.seen or self.moving_box()
+        low, high = self.points_seen.min(axis=0), self.points_seen.max(axis=0)
         margin = 0.05 * float(np.linalg.norm(high - low))
         return low - margin, high + margin
 
-    def moving_box(self) -> Box:
-        """Lowest and highest corner [m] of what moves; of everything when nothing moves."""
+    def moving_points(self) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), of what moves; of everything when nothing moves."""
         moving = [body for body in self.surface.bodies if self.moves(body.name)] or self.surface.bodies
-        points = np.concatenate([self.surface.points_of(body) for body in moving])
-        return points.min(axis=0), points.max(axis=0)
+        return np.concatenate([self.surface.points_of(body) for body in moving])
 
     @property
     def shadow_height(self) -> float:
