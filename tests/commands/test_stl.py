@@ -50,3 +50,11 @@ def test_regions_never_share_or_leave_the_folder(tmp_path):
     files.write(7, 0.5, dict.fromkeys(names, points))
     assert len(list((tmp_path / "stl").iterdir())) == len(names)
     assert [path.name for path in tmp_path.iterdir()] == ["stl"]
+
+
+def test_a_region_that_never_moves_is_written_once(tmp_path):
+    files = StlFiles(tmp_path / "stl", {"bank": FACES, "ice": FACES}, still=["bank"])
+    for step in (5, 10):
+        files.write(step, 0.1 * step, {"bank": np.zeros((4, 3)), "ice": np.zeros((4, 3))})
+    names = ["bank_step0000005.stl", "ice_step0000005.stl", "ice_step0000010.stl"]
+    assert sorted(path.name for path in (tmp_path / "stl").iterdir()) == names

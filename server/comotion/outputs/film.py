@@ -20,7 +20,7 @@ MARKS = 200  # of the largest impacts are marked in a frame
 LINGER = 2.5  # frames for which an impact is seen
 TIME_ROUNDING = 1e-9  # [s]: sample times are sums of steps
 GIF_SIZE = (800, 450)  # [pixels]
-GIF_COLOURS = 128
+GIF_COLOURS = ((192, "MEDIANCUT"), (64, "MAXCOVERAGE"))  # the most frequent, and the rare ones of the rings
 GIF_DELAY = (0.04, 0.25)  # [s] least and most between frames: real time where it lies between
 LOOKS = 12  # states by which the view is chosen
 STRIP = 6  # frames in the strip of the report
@@ -117,4 +117,9 @@ def _common_palette(images: Sequence["Image.Image"]) -> "Image.Image":
     sheet = Image.new("RGB", (GIF_SIZE[0], GIF_SIZE[1] * len(chosen)))
     for row, image in enumerate(chosen):
         sheet.paste(image, (0, row * GIF_SIZE[1]))
-    return sheet.quantize(GIF_COLOURS, method=Image.Quantize.MEDIANCUT)
+    colours: list[int] = []
+    for count, method in GIF_COLOURS:
+        colours += (sheet.quantize(count, method=Image.Quantize[method]).getpalette() or [])[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours)
+    return palette

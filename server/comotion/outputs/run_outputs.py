@@ -68,7 +68,8 @@ class RunOutputs:
         self._largest: list[Impact] = []
         self._series = self._open_series()
         self._film = self._open_film()
-        self._stl = StlFiles(folder / "stl", opened.triangles) if subject.stl is not None else None
+        still = [region.name for region in opened.regions if not region.moves]
+        self._stl = StlFiles(folder / "stl", opened.triangles, still) if subject.stl is not None else None
         self._step, self._vertices = opened.step - 1, dict(opened.vertices)
         self._impulses = ContactImpulses(subject.resistance_of) if subject.resistance_of else None
         self._first_position = self._last_position = self._write_state(opened)

@@ -5,7 +5,7 @@ and two bytes of nothing. A coordinate in the file is the float32 nearest to the
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -52,15 +52,21 @@ class StepChoice:
 class StlFiles:
     """Writes the regions of a run, `<region>_step<step>.stl`; a region that never moves is written once."""
 
-    def __init__(self, folder: Path, triangles: Mapping[str, NDArray[np.uint32]]) -> None:
+    def __init__(self, folder: Path, triangles: Mapping[str, NDArray[np.uint32]], still: Collection[str] = ()) -> None:
+        """Write into a folder, which is made; `still` regions never move."""
         folder.mkdir(exist_ok=True)
         self._folder = folder
         self._triangles = triangles
         self._names = _file_names(triangles)
+        self._still = set(still)
+        self._done: set[str] = set()
 
     def write(self, step: int, time: float, vertices: Mapping[str, NDArray[np.float64]]) -> None:
         """The regions given, with vertices [m], shape (n, 3), world frame, at a time [s]."""
         for region, points in vertices.items():
+            if region in self._done & self._still:
+                continue
+            self._done.add(region)
             path = self._folder / f"{self._names[region]}_step{step:07d}.stl"
             write_stl(path, points, self._triangles[region], f"comotion {region} step {step} time {time!r} s")
 
