@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from comotion_mock_cfd.fluid import FluidScene
 
 NAME = "run"
-FRAMES = 49  # 48 steps of time between them
+FRAMES = 25  # 24 spans of time between them
 EXAMPLES = """\
   comotion run float_box                            summary on the terminal
   comotion run channel --out out/channel            and report.html, pictures, animation, tables, ParaView series

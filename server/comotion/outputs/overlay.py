@@ -23,7 +23,7 @@ def draw_over(image: Image.Image, camera: Camera, marks: Sequence[Mark], caption
     if caption:
         font = ImageFont.load_default(FONT_SIZE * SMOOTH)
         pen.text((24 * SMOOTH, 18 * SMOOTH), caption, fill="#26323c", font=font)
-    flat = sheet.resize(SIZE, Image.Resampling.LANCZOS)
+    flat = sheet.reduce(SMOOTH)
     return Image.alpha_composite(image.convert("RGBA"), flat).convert("RGB")
 
 

@@ -27,6 +27,7 @@ pv: Any = import_module("pyvista")
 SUN = np.array([0.8, 0.25, -1.0])  # direction of its light; shadows are points moved along it onto one plane
 LIFT = 4e-4  # part of the scene's size by which shadows lie above the water, or the two flicker
 WATER_REACH = 6.0  # sizes of the scene by which the water goes on around it: beyond the picture's edges
+PNG_EFFORT = 3  # of 9: how hard PNG files are pressed; more takes longer than drawing
 TINT = 0.035  # bodies of one colour differ by as much in brightness, so that neighbours are told apart
 
 
@@ -57,7 +58,7 @@ class ShadedPainter:
         self._shadows.faces = _as_cells(self._above(points), 3)
         self._plotter.render()
         image = Image.fromarray(self._plotter.screenshot(return_img=True))
-        draw_over(image, self._camera, marks, caption).save(path)
+        draw_over(image, self._camera, marks, caption).save(path, compress_level=PNG_EFFORT)
 
     def __enter__(self) -> Self:
         return self
