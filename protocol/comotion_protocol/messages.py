@@ -186,6 +186,20 @@ class Blocked:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wear:
+    """A body that was scaled down because it was pinched, and what went with the mass it lost (SPEC M14)."""
+
+    time: float
+    body: str
+    scale: float
+    depth: float
+    mass: float
+    momentum: Vector
+    angular_momentum: Vector
+    energy: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class OpenRequest:
     """Ask for the lease (SPEC M6). `dt` [s] of the first step is needed for the midpoint sample."""
 
@@ -262,6 +276,7 @@ class StepReply:
     blocked: tuple[Blocked, ...] | None = None
     impacts: tuple[Impact, ...] | None = None
     contacts: tuple[Contact, ...] | None = None
+    wear: tuple[Wear, ...] | None = None
     vertices: Mapping[str, FloatArray] = field(default_factory=dict)
     velocities: Mapping[str, FloatArray] = field(default_factory=dict)
     poses: FloatArray | None = None

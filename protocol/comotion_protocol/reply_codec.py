@@ -20,6 +20,7 @@ from comotion_protocol.records import (
     read_region,
     read_server,
     read_sums,
+    read_wear,
     record,
 )
 
@@ -115,6 +116,7 @@ def _step_reply_frame(reply: m.StepReply) -> Frame:
         blocked=None if reply.blocked is None else [record(block) for block in reply.blocked],
         impacts=None if reply.impacts is None else [record(impact) for impact in reply.impacts[: limits.IMPACTS]],
         contacts=None if reply.contacts is None else [record(contact) for contact in reply.contacts],
+        wear=None if reply.wear is None else [record(wear) for wear in reply.wear],
     )
     vertices = {f"{name}/vertices": array for name, array in reply.vertices.items()}
     return frame(values, vertices | motion_arrays(reply))
@@ -137,6 +139,7 @@ def decode_step_reply(header: bytes, bulk: bytes) -> m.StepReply:
         blocked=tuple(map(read_blocked, fields.maps("blocked"))) if fields.has("blocked") else None,
         impacts=tuple(map(read_impact, fields.maps("impacts"))) if fields.has("impacts") else None,
         contacts=tuple(map(read_contact, fields.maps("contacts"))) if fields.has("contacts") else None,
+        wear=tuple(map(read_wear, fields.maps("wear"))) if fields.has("wear") else None,
         vertices=by_region(arrays, "vertices"),
         velocities=by_region(arrays, "velocities"),
         poses=rows_of(arrays, "poses", 7),

@@ -229,6 +229,18 @@ def _step_reply() -> m.StepReply:
         books=_books(1),
         impacts=(impact,),
         contacts=(m.Contact(body_a="bank", body_b="floe-1", impulse=(0.0, 0.0, 0.5), count=1),),
+        wear=(
+            m.Wear(
+                time=0.00125,
+                body="floe-1",
+                scale=0.875,
+                depth=0.0625,
+                mass=0.5,
+                momentum=(0.25, 0.0, 0.0),
+                angular_momentum=(0.0, 0.0, -0.125),
+                energy=0.0625,
+            ),
+        ),
         vertices={"ice": VERTICES + 3.0},
         velocities={"ice": -VERTICES},
         poses=np.arange(14.0).reshape(2, 7),

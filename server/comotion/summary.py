@@ -54,6 +54,8 @@ class Summary:
             "overlap_max_m": record.overlap_max,
             "rest_energy_J": record.rest_energy,
             "shift_work_J": record.shift_work,
+            "healings": record.healings,
+            "worn_mass_kg": record.worn_mass,
             "budgets_exhausted": record.budgets_exhausted,
             "impacts_capped": record.capped,
             "fallback_steps": record.fallback_steps,
@@ -104,6 +106,10 @@ class Summary:
             ("worst error", "momentum {:.1e}, angular momentum {:.1e}, energy {:.1e} (relative)".format(*errors)),
             ("overlaps", f"{record.overlaps}, largest {record.overlap_max:.3g} m" if record.overlaps else "none"),
         ]
+        if record.healings:
+            rows.append(
+                ("healings", f"{record.healings} scalings of pinched bodies, {record.worn_mass:.4g} kg worn off")
+            )
         if record.overlaps:
             rows.append(("", "the paper's queue cannot exclude them: docs/method.md, P14 to P16"))
         if self.heave is not None:

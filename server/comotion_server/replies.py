@@ -60,6 +60,7 @@ def step_reply(
         blocked=tuple(map(_blocked, out.blocked)) or None,
         impacts=tuple(map(_impact, out.impacts)) if wants.impacts else None,
         contacts=tuple(map(_contact, out.contacts)) if wants.contacts else None,
+        wear=tuple(map(_wear, out.wear)) or None,
         vertices={name: surfaces[name].send(rows) for name, rows in sample.vertices.items() if surfaces[name].moves},
         **motion_arrays(sample, wants, {name: surface for name, surface in surfaces.items() if surface.moves}, rows),
     )
@@ -151,3 +152,16 @@ def _contact(contact: Any) -> m.Contact:
 def _vector(values: Any) -> m.Vector:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
+
+
+def _wear(wear: Any) -> m.Wear:
+    return m.Wear(
+        time=float(wear.time),
+        body=wear.body,
+        scale=float(wear.scale),
+        depth=float(wear.depth),
+        mass=float(wear.mass),
+        momentum=_vector(wear.momentum),
+        angular_momentum=_vector(wear.angular_momentum),
+        energy=float(wear.energy),
+    )

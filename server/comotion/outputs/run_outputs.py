@@ -85,6 +85,7 @@ class RunOutputs:
         self._time, self._step = step.time, step.step
         self._tables.write_impacts(impacts)
         self._tables.write_contacts(step.time, reply.contacts or ())
+        self._tables.write_wear(reply.wear or ())
         if self._impulses is not None:
             self._impulses.add(step.time, reply.contacts or ())
         self._largest = nlargest(LARGEST, [*self._largest, *impacts], key=lambda hit: hit.impulse)
