@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_manifold import PatchWork, new_patch_work
+from comotion_server.kernels.contact_manifold import PatchWork
 from comotion_server.kernels.contacts import Contacts, new_contacts
 from comotion_server.kernels.event_heap import Heap, new_heap
 from comotion_server.kernels.flight import Bodies, Flights
@@ -13,7 +13,7 @@ from comotion_server.kernels.impact_log import ImpactLog, new_impact_log
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.neighbour_cells import Cells, new_cells
 from comotion_server.kernels.pair_memory import Pairs, new_pairs
-from comotion_server.kernels.pair_window import COUNTS, Work, new_work
+from comotion_server.kernels.pair_window import COUNTS, Work
 from comotion_server.kernels.solids import Solids
 from comotion_server.kernels.time_of_impact import FINDINGS
 
@@ -90,14 +90,14 @@ class Queue(NamedTuple):
     tally: np.ndarray  # (TALLIES,) int64
     counts: np.ndarray  # (COUNTS,) int64 cost of the times of impact
     findings: np.ndarray  # (FINDINGS,) of the last time of impact
-    work: Work
-    patch_work: PatchWork
+    work: Work | None  # None: all contact times have closed forms
+    patch_work: PatchWork | None
     found: np.ndarray  # (n,) int64 work space
     turned: np.ndarray  # (3,) work space
 
 
 @jit
-def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_capacity):
+def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_capacity, work, patch_work):
     """A queue for n bodies at x (n,3) with spheres of `radius` (n,) [m]; it knows no pairs yet."""
     n = len(radius)
     cluster = Gathered(
@@ -127,8 +127,8 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         np.zeros(TALLIES, np.int64),
         np.zeros(COUNTS, np.int64),
         np.zeros(FINDINGS),
-        new_work(),
-        new_patch_work(),
+        work,
+        patch_work,
         np.empty(n, np.int64),
         np.empty(3),
     )
