@@ -129,17 +129,12 @@ def test_impulses_add_up_to_the_change_of_momentum():
     play = begun(Play(parts))
     before = play.scene.v.copy()
     assert play.play(1.0) == DONE
-    pairs, log = play.queue.pairs, play.queue.log
-    given = np.zeros_like(before)
-    for k in np.flatnonzero(pairs.hits):
-        given[pairs.bodies[k, 0]] -= pairs.impulse[k]
-        given[pairs.bodies[k, 1]] += pairs.impulse[k]
+    log = play.queue.log
     logged = np.zeros_like(before)
     count = log.total[0]
     np.add.at(logged, log.bodies[:count, 1], log.impulse[:count])
     np.add.at(logged, log.bodies[:count, 0], -log.impulse[:count])
     gained = (play.scene.v - before)[1:] / play.scene.bodies.inverse_mass[1:]
-    np.testing.assert_allclose(given[1:], gained, atol=1e-14)
-    np.testing.assert_allclose(logged, given, atol=1e-14)
+    np.testing.assert_allclose(logged[1:], gained, atol=1e-14)
     assert (np.diff(log.time[:count]) >= 0.0).all()
     assert (log.contact_time[:count] >= log.time[:count]).all()

@@ -24,6 +24,8 @@ TIMER, ROW, LEFT, ANSWERED = 0, 1, 2, 3
 # hits so far; those in a row of one pair at one time, and the most of them; new rooms, items and times of impact asked
 HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 10
 
+NOW, UNTIL = 0, 1  # of `now`
+
 
 class Scene(NamedTuple):
     """The bodies, n rows in the order of their names, and their states, each at the time when it was last looked at."""
@@ -86,7 +88,7 @@ class Queue(NamedTuple):
     tolerance: np.ndarray  # (n,) gap that counts as contact, by the body's size [m]; inf for planes
     grain: np.ndarray  # (n,) and at least this, by the coordinates [m]
     held: np.ndarray  # (n,) bool: hits of these bodies are handed to the caller
-    now: np.ndarray  # (1,) local time [s]
+    now: np.ndarray  # (2,) NOW, local time [s], and UNTIL when the flights are played
     tally: np.ndarray  # (TALLIES,) int64
     counts: np.ndarray  # (COUNTS,) int64 cost of the times of impact
     findings: np.ndarray  # (FINDINGS,) of the last time of impact
@@ -123,7 +125,7 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         tolerance,
         grain,
         np.zeros(n, np.bool_),
-        np.zeros(1),
+        np.zeros(2),
         np.zeros(TALLIES, np.int64),
         np.zeros(COUNTS, np.int64),
         np.zeros(FINDINGS),

@@ -82,10 +82,12 @@ def _quadratic_fall(c):
 
 @lean_jit
 def first_fall(c, horizon):
-    """The first s > 0 at which the polynomial, positive just after 0, falls below zero; inf: not up to `horizon`."""
+    """The first s > 0 at which the polynomial, positive just after 0, falls below zero; inf: not up to `horizon`.
+
+    Of degree two the horizon is of no account.
+    """
     if c[3] == 0.0 and c[4] == 0.0:
-        s = _quadratic_fall(c)
-        return s if s <= horizon else inf
+        return _quadratic_fall(c)
     derivative = (c[1], 2.0 * c[2], 3.0 * c[3], 4.0 * c[4], 0.0)
     first, second = _turning_points(c)
     low = 0.0

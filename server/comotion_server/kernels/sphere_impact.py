@@ -52,6 +52,15 @@ def has_closed_form(solids, flights, a, b):
 
 
 @lean_jit
+def has_horizon(solids, flights, a, b):
+    """Whether a contact is only looked for up to some time: polynomials of degree two are solved for good."""
+    kinds = solids.kind[a] + solids.kind[b]
+    if kinds == SPHERE + SPHERE:
+        return row(flights.acceleration, a) != row(flights.acceleration, b)
+    return kinds == SPHERE + PIPE
+
+
+@lean_jit
 def _polished(D, V, A, reach, s):
     """The time at which |D + V s + A s^2 / 2| = reach, from one that is nearly right."""
     for _ in range(2):
@@ -67,7 +76,7 @@ def _polished(D, V, A, reach, s):
 
 @lean_jit
 def spheres_time(D, V, A, reach, still, tolerance, horizon):
-    """When two spheres touch, `reach` [m] the sum of their radii: s >= 0, inf (not up to `horizon`), or OVERLAP."""
+    """When two spheres touch, `reach` [m] the sum of their radii: s >= 0, inf (not at all, or not up to `horizon`), or OVERLAP."""
     far = length(D)
     if far - reach < -tolerance:
         return OVERLAP
@@ -81,7 +90,7 @@ def spheres_time(D, V, A, reach, still, tolerance, horizon):
         if beside > speed:
             return inf
         s = (far - reach) * (far + reach) / (sqrt((speed - beside) * (speed + beside)) - half)
-        return s if s <= horizon else inf
+        return s
     c = ((far - reach) * (far + reach), 2.0 * half, dot(V, V) + dot(D, A), dot(V, A), 0.25 * dot(A, A))
     s = fall_time(c, 2.0 * reach * still, GRAIN * reach * reach, horizon)
     return _polished(D, V, A, reach, s) if 0.0 < s < inf else s
@@ -160,18 +169,33 @@ def contact_time(solids, flights, a, b, tolerance, end):
 
 
 @lean_jit
+def foresee(solids, flights, a, b, tolerance, end, memory):
+    """Note the contact time of bodies that `has_closed_form` from memory[TIME] on: NONE, LATER, OVERLAPS or STALLS.
+
+    After LATER it is the proven time, and kept until one of them takes off anew; after NONE they stay apart until then
+    (memory[TIME] is inf) or up to `end`.
+    """
+    time = contact_time(solids, flights, a, b, tolerance, end)
+    if time < 0.0:
+        return OVERLAPS if time == OVERLAP else STALLS
+    if time < inf:
+        memory[TIME], memory[MET] = max(time, memory[TIME]), 1.0
+        return LATER
+    memory[TIME] = max(end, memory[TIME]) if has_horizon(solids, flights, a, b) else inf
+    return NONE
+
+
+@lean_jit
 def advance_smooth(solids, flights, a, b, end, key, tolerance, memory, findings):
-    """As `time_of_impact.advance`, for bodies that `has_closed_form`; a time that is found is kept until they turn off."""
+    """As `time_of_impact.advance`, for bodies that `has_closed_form`."""
     begin = memory[TIME]
     if memory[MET] == 0.0:
-        time = contact_time(solids, flights, a, b, tolerance, end)
-        if time < 0.0 and time in (OVERLAP, STALL):
-            return OVERLAPS if time == OVERLAP else STALLS
-        if not time < end:
-            memory[TIME] = end
-            return NONE
-        memory[TIME], memory[MET] = max(time, begin), 1.0
-        if memory[TIME] > key:
-            return LATER
+        status = foresee(solids, flights, a, b, tolerance, end, memory)
+        if status != LATER:
+            return status
+    if not memory[TIME] < end:
+        return NONE
+    if memory[TIME] > key:
+        return LATER
     _write_findings(solids, flights, a, b, memory[TIME], findings)
     return TOUCHES if memory[TIME] == begin else MEETS
