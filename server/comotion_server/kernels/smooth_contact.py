@@ -70,17 +70,17 @@ def smooth_manifold(solids, a, b, x, R, reach, contacts, first):
         contacts.kind[i] = SMOOTH
         contacts.feature[i, :] = -1
         contacts.feature[i, 0] = part
-        _write(solids, contacts, i, sphere, D, gap, n)
+        _write(solids, contacts, i, sphere, other, D, gap, n)
         count += 1
     return count
 
 
 @lean_jit
-def _write(solids, contacts, i, sphere, D, gap, n):
+def _write(solids, contacts, i, sphere, other, D, gap, n):
     """Normal, arms and gap of row i, n pointing to the sphere."""
     r = solids.size[sphere, RADIUS]
     arm = scaled(n, -r)
-    foot = along(D, -(r + gap), n)
+    foot = scaled(n, solids.size[other, RADIUS]) if solids.kind[other] == SPHERE else along(D, -(r + gap), n)
     if sphere == contacts.bodies[i, 1]:
         contacts.normal[i], contacts.arm_a[i], contacts.arm_b[i] = n, foot, arm
     else:
@@ -120,7 +120,7 @@ def refresh_smooth(solids, contacts, i, x, v, R, w):
     sphere, other = sphere_of(solids, a, b)
     D, u, part = sub(row(x, sphere), row(x, other)), _axis(solids, R, other), contacts.feature[i, 0]
     gap, n = part_gap(solids, sphere, other, part, D, u)
-    _write(solids, contacts, i, sphere, D, gap, n)
+    _write(solids, contacts, i, sphere, other, D, gap, n)
     V = sub(row(v, sphere), row(v, other))
     if solids.kind[other] == PLANE:  # the sphere's centre against the material point of the plane below it
         spin, reach = row(w, other), gap + solids.size[sphere, RADIUS]

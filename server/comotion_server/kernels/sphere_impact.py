@@ -154,6 +154,7 @@ def contact_time(solids, flights, a, b, tolerance, end):
     (xa, va), (xb, vb) = motion_of(flights, a, begin), motion_of(flights, b, begin)
     D, V, A = sub(xb, xa), sub(vb, va), sub(row(flights.acceleration, b), row(flights.acceleration, a))
     still, left = STILL * (length(va) + length(vb)), end - begin
+    tolerance += still * begin  # what the clock's rounding is worth
     if solids.kind[a] == SPHERE and solids.kind[b] == SPHERE:
         s = spheres_time(D, V, A, solids.size[a, RADIUS] + solids.size[b, RADIUS], still, tolerance, left)
     else:

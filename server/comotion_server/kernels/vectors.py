@@ -5,6 +5,7 @@ from math import sqrt
 from comotion_server.kernels.jit import lean_jit
 
 ZERO = (0.0, 0.0, 0.0)
+PARALLEL = 1e-15  # sine of an angle that is rounding
 SPLITTER = 134217729.0  # 2^27 + 1: Veltkamp's splitting of a double into two halves of 26 bits
 
 
@@ -48,6 +49,13 @@ def dot(a, b):
 def cross(a, b):
     """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@lean_jit
+def lever(arm, push):
+    """The vector product arm x push; nothing at all where they are parallel to rounding: round bodies stay unspun."""
+    turn = cross(arm, push)
+    return turn if dot(turn, turn) > PARALLEL * PARALLEL * dot(arm, arm) * dot(push, push) else ZERO
 
 
 @lean_jit
