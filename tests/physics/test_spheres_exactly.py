@@ -54,17 +54,17 @@ def test_the_count_of_galperins_billiard(power):
 
 def test_a_breathing_ring():
     """Spheres that fly inward together meet all at once, fly outward, come back from the pipe, and so on."""
-    count, r, inner = 12, 0.1, 0.54
+    count, r, inner = 6, 0.125, 0.390625
     angle = 2.0 * np.pi * np.arange(count) / count
     out = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-    parts = [Part(Ball(r), tuple(0.41 * x), tuple(-x)) for x in out]
+    parts = [Part(Ball(r), tuple(0.2578125 * x), tuple(-x)) for x in out]
     play = Play([*parts, Part(Tube(inner, 0.6, 1.0), density=0.0)])
     least, most = r / sin(pi / count), inner - r
     period = 2.0 * (most - least)
     for _ in range(10):
         assert play.step(period) == DONE
         radii = np.linalg.norm(play.scene.x[:count], axis=1)
-        np.testing.assert_allclose(radii, 0.41, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(radii, 0.2578125, rtol=0.0, atol=1e-12)
 
 
 # what symmetry demands

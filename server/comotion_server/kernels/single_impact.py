@@ -8,7 +8,7 @@ from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED
 from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, inertia_about
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.reflections import LOST, WORK
-from comotion_server.kernels.vectors import ZERO, dot, lever, rotated_back, row, scaled
+from comotion_server.kernels.vectors import ZERO, dot, lever, rotated_back, row, scaled, two_product, two_sum
 
 
 @lean_jit
@@ -78,11 +78,14 @@ def collide_one(bodies, contacts, restitution, v, R, L, w, impulse, report):
     impulse[0, :] = 0.0
     if approach <= 0.0:
         return SOLVED
-    ease = ease_at(bodies, a, R, r_a, n) + ease_at(bodies, b, R, r_b, n)
+    ease, lost = two_sum(ease_at(bodies, a, R, r_a, n), ease_at(bodies, b, R, r_b, n))
     if ease == 0.0:
         report.certificate[0] = True
         return BLOCKED
-    j = (1.0 + restitution) * approach / ease
+    wanted = (1.0 + restitution) * approach
+    j = wanted / ease
+    product, error = two_product(j, ease)  # of `ease` the rounding is the same at every impact of a pair: it would add up
+    j += ((wanted - product) - error - j * lost) / ease
     J = scaled(n, j)
     impulse[0, 0], impulse[0, 1], impulse[0, 2] = J
     push_at(bodies, a, r_a, scaled(J, -1.0), v, R, L, w)

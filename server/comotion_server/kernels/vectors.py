@@ -100,6 +100,14 @@ def rotated_back(R, a):
 
 
 @lean_jit
+def two_sum(a, b):
+    """The sum and its rounding error, exactly (Knuth 1969)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+@lean_jit
 def two_product(a, b):
     """The product and its rounding error, exactly (Dekker 1971)."""
     product = a * b
