@@ -69,6 +69,34 @@ class Plane:
     normal: Floats
 
 
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about the body's origin.
+
+    Attributes:
+        radius: [m].
+    """
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Pipe:
+    """A straight pipe about the body's origin, along its z axis.
+
+    Attributes:
+        inner_radius: of the bore [m].
+        outer_radius: [m].
+        length: of the bore [m].
+        caps: whether its ends are closed.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    length: float
+    caps: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """One rigid body at time 0.
@@ -92,7 +120,7 @@ class Body:
     motion: Free | Fixed | Prescribed
     mass: float
     inertia: Floats
-    shape: TriangleMesh | Plane
+    shape: TriangleMesh | Plane | Sphere | Pipe
     position: Floats = field(default_factory=lambda: np.zeros(3))
     quaternion: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
@@ -104,10 +132,10 @@ class Body:
         """Its surface mesh.
 
         Raises:
-            TypeError: it is a plane, which has none.
+            TypeError: it has none, as a plane or a sphere.
         """
-        if isinstance(self.shape, Plane):
-            raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
+        if isinstance(self.shape, Plane | Sphere | Pipe):
+            raise TypeError(f'body "{self.name}" is a {type(self.shape).__name__.lower()}: it has no mesh')
         return self.shape
 
 
@@ -196,6 +224,6 @@ class Scene:
         """Bodies of each region, both in the order of their names; planes have no surface to exchange."""
         members: dict[str, list[Body]] = {}
         for body in self.bodies:
-            if not isinstance(body.shape, Plane):
+            if not isinstance(body.shape, Plane | Sphere | Pipe):
                 members.setdefault(body.region, []).append(body)
         return {region: tuple(members[region]) for region in sorted(members)}
