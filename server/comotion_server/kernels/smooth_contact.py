@@ -25,6 +25,13 @@ def sphere_of(solids, a, b):
 
 
 @lean_jit
+def is_bent(solids, contacts, i):
+    """Whether the normal of row i turns where the bodies slide on each other without turning."""
+    a, b = contacts.bodies[i, 0], contacts.bodies[i, 1]
+    return contacts.kind[i] == SMOOTH and solids.kind[a] != PLANE and solids.kind[b] != PLANE
+
+
+@lean_jit
 def part_gap(solids, sphere, other, part, D, u):
     """(gap [m], unit normal from the other body to the sphere) of one part; u: `direction_of` the other body."""
     r, kind = solids.size[sphere, RADIUS], solids.kind[other]
