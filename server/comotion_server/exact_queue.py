@@ -5,6 +5,7 @@ bodies come to rest on each other (`islands`), no motion satisfies the contacts,
 Between steps it keeps what it knows of pairs.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,17 @@ class OverlapError(RuntimeError):
         super().__init__(f'bodies "{body_a}" and "{body_b}" intersect at t = {time:.6g} s; expected a gap between them')
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """A contact that makes one body of two (P11)."""
+
+    a: int
+    b: int
+    point: Array  # (3,) on b [m]
+    normal: Array  # (3,) from a to b
+    approach: float  # [m/s]
+
+
 def copied(arrays: Any) -> Any:
     """The same arrays, tuples of them, and so on, as copies."""
     if isinstance(arrays, np.ndarray):
@@ -62,32 +74,39 @@ class ExactQueue:
         self._frozen: list[int] = []
         self._stopped: dict[int, tuple[Array, Array]] = {}
         self._blocked: list[Blocked] = []
+        self.joined: list[Joint] = []
 
     def begin(self, start_time: float) -> None:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
-        self._blocked = []
+        self._blocked, self.joined = [], []
         self.rules = self.islands.rules = self._rules
         self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
         self.queue.tally[LEFT] = self._granted = self.settings.budget
         self._elapsed = 0.0
 
-    def play(self, until: float) -> None:
-        """Moves all bodies to the local time `until` [s], from where the last call ended."""
+    def play(self, until: float) -> float:
+        """Moves all bodies to the local time `until` [s], from where the last call ended: the time reached.
+
+        It is less where bodies `joined` on the way.
+        """
         if self._elapsed > 0.0:
             for i in self.world.tables:  # on new flights since
                 events.take_off(self.queue, self.scene, i, self._elapsed)
         while not self.islands.take_up(self._elapsed, until):
             self._block(self._elapsed, self.islands.blocked)
         code = -1
-        while code != events.DONE:
+        while code not in {events.DONE, events.MERGES}:
             code = events.play(self.queue, self.scene, self.rules, until)
             self._help(code, until)
-        self.world.advance(until)
-        self.islands.end(until)
+        self._elapsed = float(self.queue.now[0])
+        self.world.advance(self._elapsed)
+        self.islands.end(self._elapsed)
         self._thaw()
-        self._elapsed = until
+        if code == events.MERGES:
+            self.joined = self._joints()
+        return self._elapsed
 
     def _help(self, code: int, until: float) -> None:
         """Does what the compiled queue came back for."""
@@ -121,6 +140,21 @@ class ExactQueue:
         body = int(self.queue.heap.item[0])
         while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
             self.queue = self.islands.queue = enlarged(self.queue, code)
+
+    def _joints(self) -> list[Joint]:
+        """The contacts of the cluster that merge, one of each pair of bodies."""
+        cluster, scene = self.queue.cluster, self.scene
+        contacts, found = cluster.contacts, dict[tuple[int, int], Joint]()
+        for i in range(cluster.size[CONTACTS]):
+            a, b = contacts.bodies[i].tolist()
+            if (a, b) not in found and events.joins(scene.bodies, a, b, cluster.restitution[i]):
+                normal = contacts.normal[i].copy()
+                speeds = [
+                    scene.v[j] + np.cross(scene.w[j], arm[i]) for j, arm in ((a, contacts.arm_a), (b, contacts.arm_b))
+                ]
+                approach = float((speeds[0] - speeds[1]) @ normal)
+                found[a, b] = Joint(a, b, scene.x[b] + contacts.arm_b[i], normal, approach)
+        return list(found.values())
 
     # what cannot go on
 

@@ -72,7 +72,7 @@ def rules_of(scene: SceneModel) -> Rules:
         angle=settings.patch_angle if settings.parallel == "patch" else 0.0,
         duration=0.0,
         resting=True,
-        merging=False,
+        merging=settings.merge,
     )
 
 

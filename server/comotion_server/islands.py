@@ -53,6 +53,7 @@ STRAY = 0.125  # of delta: how far a flight may stray from its contacts on the w
 BAND = 0.25  # of delta: how far a held gap may be off its middle before it is put back; above 0.4 it touches or opens
 KEEP = 0.1  # of delta: the gap that all others keep when some are put back; below, they touch
 LEAST = 0.05  # of delta: nothing is put back where it would bring bodies closer than this
+SLIGHT = 1e-6  # of the speed of a hop as high as delta: slower closing or opening of a pressed contact changes nothing
 ATTEMPTS = 40  # to find the length of a sub-step before it is taken as it is
 SHORTEST = 1e-4  # of the first length tried: sub-steps are not made shorter to find where a contact parts
 SLID = 1e-9  # of a body's size: how far beyond its face a point may be where it is found to have slid off
@@ -62,6 +63,7 @@ STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand stil
 EXCURSION = 4.0  # deltas: a contact that came back from no farther off does not bounce again
 STRIDES = 5  # of time-stepping in a step; its error is of first order
 MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
+MOST_AT_ONCE = 20  # of a body at one time, likewise
 PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
 
 
@@ -79,6 +81,8 @@ class Islands:
         self._acceleration, self._torque, self._force = (np.zeros((count, 3)) for _ in range(3))
         self._stepping = np.zeros(count, dtype=np.bool_)  # whose island has used up its work of the step
         self._work_done = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest in the step
+        self._at_once = np.zeros(count, dtype=np.int64)  # and of these, at the last time
+        self._last = np.full(count, -1.0)  # which is this [s]
         self._stride = np.inf  # of time-stepping [s]
         self._work = queue.patch_work
 
@@ -97,7 +101,7 @@ class Islands:
         changed = (force != self._force).any(axis=1) | (flights.torque != self._torque).any(axis=1)
         self._force, self._torque, self._acceleration = force, flights.torque.copy(), flights.acceleration.copy()
         self.record = RestRecord()
-        self._stepping[:], self._work_done[:] = False, 0
+        self._stepping[:], self._work_done[:], self._last[:] = False, 0, -1.0
         for island in self.all:
             island.begin = 0.0
             island.asleep = island.asleep and not changed[island.members].any() and self._others_stand(island)
@@ -125,9 +129,7 @@ class Islands:
         are then on free flights.
         """
         touching = self._gather(seeds, time)
-        self._work_done[touching.members] += 1
-        self._stepping[touching.members] |= bool((self._work_done[touching.members] > MOST_RESTS).any())
-        plastic = bool(self._stepping[touching.members].any())
+        plastic = self._is_spent(touching.members, time)
         found = self._judge(touching, time, plastic=plastic)
         for turn in range(PASSES):
             if found.hard.any():
@@ -140,8 +142,18 @@ class Islands:
                 return False
             found = self._judge(touching, time, plastic=plastic or turn >= PASSES // 2)
         held = touching.of(found.inside)
-        self._put_back(touching, found)
+        self._put_back(touching, found, time)
         return self._take_off(held, found.force[found.inside], time, until)
+
+    def _is_spent(self, members: Rows, time: float) -> bool:
+        """Counts a rest of these bodies; whether they have come to rest too often to go on by flights in this step."""
+        again = self._last[members] == time
+        self._work_done[members] += 1
+        self._at_once[members] = np.where(again, self._at_once[members] + 1, 0)
+        self._last[members] = time
+        often = (self._work_done[members] > MOST_RESTS) | (self._at_once[members] > MOST_AT_ONCE)
+        self._stepping[members] |= bool(often.any())
+        return bool(self._stepping[members].any())
 
     def leave(self, bodies: Rows, time: float) -> None:
         """Islands of these bodies end; their bodies are on free flights from `time` [s] on."""
@@ -240,13 +252,14 @@ class Islands:
             if not parts.any():
                 break
             inside &= ~parts
-        closing = speed < -none
+        slight = np.maximum(none, SLIGHT * np.sqrt(2.0 * pressing * touching.delta))
+        closing = speed < -slight
         back = (time - queue.pairs.hit_time[touching.pair]) * queue.pairs.hit_speed[touching.pair]
         low = resting & (-speed <= np.sqrt(2.0 * pressing * touching.delta))
         collapsed = bool((back[closing] <= EXCURSION * touching.delta[closing]).all())
         bounces = closing & ~low & (not (collapsed or plastic))
         hard = closing & (touching.totals(bounces.astype(np.float64)) > 0.0)
-        stick = inside & (force > 0.0) & (speed > none)
+        stick = inside & (force > 0.0) & (speed > slight)
         return Judgement(speed, pressing, force, inside, closing, hard, stick)
 
     def _forces(self, touching: Touching) -> Array:
@@ -306,35 +319,53 @@ class Islands:
             self.record.soft.append(soft)
         return True
 
-    def _put_back(self, touching: Touching, found: Judgement) -> None:
-        """Moves bodies so that loaded contacts are in the middle of delta; all others keep a gap."""
-        scene, count, delta, gap = self.scene, touching.count, touching.delta, touching.contacts.gap
-        loaded = found.inside & (found.force > 0.0)
-        if not (np.abs(gap - 0.5 * delta)[loaded] > BAND * delta[loaded]).any():
-            return
-        target = np.where(loaded, 0.5 * delta - gap, np.minimum(KEEP * delta - gap, 0.0))
-        shift, turn = np.zeros_like(scene.x), np.zeros_like(scene.x)
-        certificate = np.zeros(count, dtype=np.bool_)
-        parts = (scene.bodies, touching.contacts, count, loaded, target, scene.R)
-        if displacements(*parts, shift, turn, certificate) == SOLVED and self._move(touching.members, shift, turn):
-            rows = touching.members
-            work = (self._force[rows] * shift[rows]).sum() + (self._torque[rows] * turn[rows]).sum()
-            self.record.shift_work += float(work)
+    def _put_back(self, touching: Touching, found: Judgement, time: float) -> None:
+        """Moves bodies so that loaded contacts are in the middle of delta; all others keep a gap.
 
-    def _move(self, members: Rows, shift: Array, turn: Array) -> bool:
+        Where not all of them can be there at once, those that are too near at least come off as far.
+        """
+        delta, gap = touching.delta, touching.contacts.gap
+        off, loaded = gap - 0.5 * delta, found.inside & (found.force > 0.0)
+        near = found.inside & (off < -BAND * delta)
+        if not (near | (loaded & (off > BAND * delta))).any():
+            return
+        keeps = np.minimum(KEEP * delta - gap, 0.0)
+        if not self._shift(touching, loaded, np.where(loaded, -off, keeps), time):
+            self._shift(touching, np.zeros_like(loaded), np.where(near, -off, keeps), time)
+
+    def _shift(self, touching: Touching, exactly: Mask, target: Array, time: float) -> bool:
+        """Moves bodies as little as opens gaps by `target` (c,) [m], some exactly; whether that is possible."""
+        scene, members = self.scene, touching.members
+        shift, turn = np.zeros_like(scene.x), np.zeros_like(scene.x)
+        certificate = np.zeros(touching.count, dtype=np.bool_)
+        parts = (scene.bodies, touching.contacts, touching.count, exactly, target, scene.R)
+        if displacements(*parts, shift, turn, certificate) != SOLVED or not self._move(members, shift, turn, time):
+            return False
+        work = (self._force[members] * shift[members]).sum() + (self._torque[members] * turn[members]).sum()
+        self.record.shift_work += float(work)
+        return True
+
+    def _move(self, members: Rows, shift: Array, turn: Array, time: float) -> bool:
         """Moves bodies by shift [m] and turn [rad] (n,3), unless that would bring any of their pairs together."""
         scene, pairs = self.scene, self.queue.pairs
         x, R = scene.x[members].copy(), scene.R[members].copy()
+        concerned = np.flatnonzero(np.isin(pairs.bodies, members).any(axis=1))
+        others = np.setdiff1d(pairs.bodies[concerned], members)
+        fly_rows(others, scene.flights, scene.bodies, time, *self.state)
+        gaps = {k: self._gap_of_row(k) for k in concerned.tolist()}
         move(scene.bodies, members, 1.0, shift, turn, self.state)
-        for k in np.flatnonzero(np.isin(pairs.bodies, members).any(axis=1)):
-            a, b = pairs.bodies[k].tolist()
-            least = LEAST * DELTA * float(pairs.tolerance[k])
-            if self._gap(a, b, least, pairs.witness[k]) < least:
+        for k, before in gaps.items():
+            if self._gap_of_row(k) < min(LEAST * DELTA * float(pairs.tolerance[k]), before):
                 scene.x[members], scene.R[members] = x, R
                 nothing = np.zeros((len(members), 3)), np.zeros((len(members), 3))
                 correct(scene.bodies, members, nothing, self.state)
                 return False
         return True
+
+    def _gap_of_row(self, k: int) -> float:
+        """The gap of pair k [m] where it is below delta; at least delta elsewhere."""
+        pairs, (a, b) = self.queue.pairs, self.queue.pairs.bodies[k].tolist()
+        return self._gap(a, b, DELTA * float(pairs.tolerance[k]), pairs.witness[k])
 
     def _gap(self, a: int, b: int, limit: float, witness: Rows) -> float:
         """The gap of two bodies [m] where it is below `limit`."""

@@ -125,6 +125,8 @@ def _queue_of(world: World) -> "CollisionQueue | ExactQueue":
 
 
 def _build_collisions(world: World) -> Action:
+    if world.scene.collisions.merge:
+        return _build_merging(world)
     queue = _queue_of(world)
     world.memories.append(queue)
 
@@ -136,6 +138,25 @@ def _build_collisions(world: World) -> Action:
         step.collisions = queue.record()
 
     return collide
+
+
+def _build_merging(world: World) -> Action:
+    from comotion_server.merging import Merging
+
+    merging = Merging(world)
+    world.memories.append(merging)
+
+    def collide(step: Step) -> None:
+        wrenches = step.wrenches.force, step.wrenches.moment
+        step.collisions = merging.step(step.time, step.duration, *wrenches, drifting=step.drifting)
+
+    return collide
+
+
+def _decide_merging(scene: Scene) -> Decision:
+    if not scene.collisions.merge or not _decide_collisions(scene).kept:
+        return Decision(kept=False, reason="merge = false" if not scene.collisions.merge else "nothing collides")
+    return Decision(kept=True, reason="bodies that meet with restitution 0 become one (P11)")
 
 
 def _decide_parallel(scene: Scene) -> Decision:
@@ -178,6 +199,7 @@ STAGES = (
     Stage("motion tables", _decide_tables, _build_tables),
     Stage("take off", _decide_take_off, _build_take_off),
     Stage("collisions", _decide_collisions, _build_collisions),
+    Stage("merging", _decide_merging),
     Stage("parallel contacts", _decide_parallel),
     Stage("free flight", _decide_free_flight, _build_free_flight),
     Stage("place vertices", _decide_vertices),

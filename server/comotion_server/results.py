@@ -20,7 +20,7 @@ class Impact:
     impulse: float  # along the normal: + on b, - on a [N s]
     approach_speed: float  # before the impact, positive [m/s]
     restitution: float
-    law: str  # "together", "sequential", or "soft" (e = 0 to come to rest); paper's rules: "ordinary", "parallel" (P12)
+    law: str  # "together", "sequential", "soft" (e = 0 to come to rest), "merge"; of the paper: "ordinary", "parallel"
     friction: Array | None = None  # (3,) tangential impulse on body b [N s]; None without friction
 
 
@@ -54,7 +54,9 @@ class Books:
     impacts: int = 0
     overlaps: int = 0
     overlap_max: float = 0.0  # [m]
-    rest_energy: float = 0.0  # [J] taken by contacts that come to rest: hops and collapses below the tolerance
+    rest_energy: float = (
+        0.0  # [J] taken by contacts that come to rest (hops and collapses below the tolerance) and by merging
+    )
     shift_work: float = 0.0  # [J] done by keeping held contacts at their gap
 
     def meet_overlap(self, depth: float, *, new: bool) -> None:

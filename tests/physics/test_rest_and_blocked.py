@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
-from played import play, row_of
-from scenes_by_hand import fixed_box, free_box, moved_box, plane, scene_of
+from played import energy, play, row_of, smallest_gap
+from scenes_by_hand import fixed_box, free_box, moved_box, plane, scene_of, solid
 
+from comotion_mock_cfd.body_forms import floe_mesh
+from comotion_server.meshes import TriangleMesh
+from comotion_server.quaternions import quaternion_of
+from comotion_server.scene import Free
 from comotion_server.simulation import Simulation
 
 G = 9.81
@@ -75,3 +79,38 @@ def test_a_hull_that_backs_off_is_free_again():
     out = [sim.step(0.01) for _ in range(100)]
     assert {step.status for step in out} == {"ok"}  # a free hull gives way, however heavy
     assert np.abs(sim.bodies.velocity).max() <= 1e-9
+
+
+def test_a_jam_ends_blocked_without_an_intersection():
+    """Twelve hexagons between fixed walls and two that close in: energy comes from the walls alone."""
+    across = 0.25 * np.sqrt(3.0)
+    mesh = TriangleMesh(*floe_mesh(0.25, 0.1))
+    flat = Free(locked=(False, False, True, True, True, False))
+    random = np.random.default_rng(3)
+    floes = [
+        solid(
+            f"floe-{i}{j}",
+            mesh,
+            mass=1.0,
+            motion=flat,
+            position=(0.55 * i, 0.55 * j, 0.0),
+            quaternion=quaternion_of(np.array([0.0, 0.0, random.uniform(0.0, 1.0)])),
+        )
+        for i in range(4)
+        for j in range(3)
+    ]
+    walls = [
+        plane("north", (0.0, -1.0, 0.0), (0.0, 1.4, 0.0)),
+        plane("south", (0.0, 1.0, 0.0), (0.0, -0.3, 0.0)),
+        plane("east", (-1.0, 0.0, 0.0), (1.95, 0.0, 0.0), (-0.25, 0.0, 0.0)),
+        plane("west", (1.0, 0.0, 0.0), (-0.3, 0.0, 0.0), (0.25, 0.0, 0.0)),
+    ]
+    sim = Simulation(scene_of(*floes, *walls, restitution=0.0))
+    statuses = []
+    for _ in range(60):
+        statuses.append(sim.step(0.05).status)
+        assert smallest_gap(sim) > 0.0
+    assert statuses[-1] == "blocked"
+    room = sim.bodies.position[row_of(sim, "east"), 0] - sim.bodies.position[row_of(sim, "west"), 0]
+    assert room * 1.7 > 12 * 1.5 * across * 0.25  # the floes still have their area
+    assert energy(sim) <= 12 * 0.5 * 0.25**2  # no floe is faster than the walls were

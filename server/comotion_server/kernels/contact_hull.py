@@ -1,9 +1,11 @@
 """Points of contact seen along their common normal: each place once, then the corners of their convex hull.
 
 Rows with one normal at points of a convex hull follow from those at its corners, for velocities, impulses and
-accelerations alike; so the corners are all that a law has to know of a patch.
+accelerations alike; so the corners are all that a law has to know of a patch. What has to keep a distance asks for
+points inside as well, where they lie lower than all corners: a slightly bent edge touches a face in its middle.
 """
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -139,3 +141,20 @@ def hull(points, count, line):
         corners[size] = k
         size += 1
     return max(size - 1, 1)
+
+
+@lean_jit
+def lower_points(points, count, corners, sag):
+    """Append to the corners in `order` the points whose gap is by `sag` [m] less than that of all; how many rows then.
+
+    `count` and `corners` as `hull` took and gave them.
+    """
+    order, gap = points.order, points.gap
+    least, rows = inf, corners
+    for c in range(corners):
+        least = min(least, gap[order[count + c]])
+    for k in range(count):
+        if gap[order[k]] < least - sag:
+            order[count + rows] = order[k]
+            rows += 1
+    return rows

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comotion_server.kernels.by_shapes import by_shapes
-from comotion_server.kernels.contact_hull import PatchPoints, hull, new_points, view_along
+from comotion_server.kernels.contact_hull import PatchPoints, hull, lower_points, new_points, view_along
 from comotion_server.kernels.contact_normals import (
     FULL,
     OF_A,
@@ -33,6 +33,7 @@ from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, ro
 MERGE = 1e-7  # of the smaller body's size: points of contact nearer than this are one
 OBLIQUE = (0.4472, 0.6325, 0.6324)  # to whatever is likely in a scene: patches are told in its order
 ON_FEATURE = 1e-9  # of the same: how far outside a face or an edge a point still lies on it
+SAG = 0.1  # of the reach: how much lower than all corners of a patch a point inside it matters
 
 
 class PatchWork(NamedTuple):
@@ -125,6 +126,7 @@ def _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work):
             return FULL
         if count > 0:
             corners = hull(work.points, count, ON_FEATURE * size)
+            corners = lower_points(work.points, count, corners, SAG * reach)
             n = _world_normal(m, a, b, R, directions, d)
             written = _write(contacts, first + rows, a, b, work.points, count, corners, n, R[a], t)
             if written == FULL:
@@ -150,7 +152,7 @@ def _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, wor
         least = min(least, points.gap[k])
     if count == FULL or not least <= reach:
         return min(count, 0)
-    corners = hull(points, count, ON_FEATURE * size)
+    corners = lower_points(points, count, hull(points, count, ON_FEATURE * size), SAG * reach)
     work.R[:] = 0.0
     for k in range(3):
         work.R[k, k] = 1.0
@@ -182,7 +184,8 @@ def manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
     """All points of contact of bodies a < b at this pose; how many rows, or FULL where there is no room for them.
 
     x (n, 3) [m], R (n, 3, 3) of all bodies. Every direction along which surfaces are within `reach` [m] gives a patch:
-    rows with one normal, the corners of the convex hull of all that is level in it, counter-clockwise about it.
+    rows with one normal, the corners of the convex hull of all that is level in it, counter-clockwise about it, and
+    the points inside that lie lower than them.
     angle > 0 [rad]: faces and edges within this angle count as level, and points of such a patch up to the gap `level`
     [m]; angle = 0: points up to `reach` alone. Rows are written to contacts[first :]; work: of `new_patch_work`.
     """

@@ -30,7 +30,7 @@ from comotion_server.kernels.event_scene import (
     TIMER,
     UNTIL,
 )
-from comotion_server.kernels.flight import begin, motion_of
+from comotion_server.kernels.flight import SPIN_NONE, begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
 from comotion_server.kernels.impact_log import ROWS, clear
 from comotion_server.kernels.jit import jit, lean_jit
@@ -50,7 +50,7 @@ from comotion_server.kernels.time_of_impact import (
     TOUCHES,
     forget_flight,
 )
-from comotion_server.kernels.vectors import row
+from comotion_server.kernels.vectors import largest, row
 
 DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, CONTACTS_FULL, SPENT, STALLED, OVERLAPPING = range(11)
 
@@ -223,16 +223,26 @@ def _count_run(queue, k, time):
 
 
 @lean_jit
+def joins(bodies, a, b, restitution):
+    """Whether a contact of bodies a and b makes one of them: plastic, and none of them moves as it is told."""
+    for i in (a, b):
+        if not bodies.reacts[i] and (bodies.spin[i] != SPIN_NONE or largest(row(bodies.inverse_mass, i)) > 0.0):
+            return False
+    return restitution == 0.0
+
+
+@lean_jit
 def _for_caller(queue, scene, rules, time):
     """Whether the cluster is to be handed to the caller before anything is changed, and as what; else DONE."""
     cluster = queue.cluster
+    if rules.merging:
+        for i in range(cluster.size[CONTACTS]):
+            a, b = cluster.contacts.bodies[i, 0], cluster.contacts.bodies[i, 1]
+            if joins(scene.bodies, a, b, cluster.restitution[i]):
+                return MERGES
     for m in range(cluster.size[BODIES]):
         if queue.held[cluster.bodies[m]]:
             return REST
-    if rules.merging:
-        for i in range(cluster.size[CONTACTS]):
-            if cluster.restitution[i] == 0.0:
-                return MERGES
     return REST if rules.resting and comes_to_rest(queue, scene, time) else DONE
 
 
@@ -271,7 +281,7 @@ def play(queue, scene, rules, until):
     DONE       nothing more happens before `until`
     REST       the cluster comes to rest, or one of its bodies is held; if tally[ANSWERED], after its impact
     ISLAND     the timer of body tally[TIMER] is due
-    MERGES     an impact without restitution
+    MERGES     contacts of the cluster make one of their bodies (`joins`): nothing was changed
     BLOCKED    no motion satisfies the contacts marked in the report: nothing was changed
     LOG_FULL, PAIRS_FULL, CONTACTS_FULL  an array is full: with a larger one the queue can be taken up again
     SPENT      as many hits were answered as tally[LEFT] allowed

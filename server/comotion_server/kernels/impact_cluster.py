@@ -11,7 +11,8 @@
 
 Status: SOLVED; CAPPED, velocities are sound but reflections or steps ran out and the rest was taken plastically;
 JAMMED, contacts press on each other with no net push, so no elastic answer exists and energy was lost; BLOCKED, no
-motion satisfies the contacts marked in the certificate: nothing was changed. Contacts that are held have no friction.
+motion satisfies the contacts marked in the certificate, or none but one that hurls bodies out of a pinch: nothing was
+changed. Contacts that are held have no friction.
 
 A body that does not react, and what is locked or prescribed, moves as given. Members and rows are taken in the order of
 body rows and contacts: the same input gives the same bits. All arrays of bodies have n rows, world frame, SI.
@@ -24,6 +25,7 @@ import numpy as np
 from comotion_server.kernels.cluster_projection import project_cluster
 from comotion_server.kernels.cluster_rows import (
     Cluster,
+    along_row,
     bounds_along,
     change_velocities,
     cluster_of,
@@ -34,10 +36,11 @@ from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, JAMMED, SOL
 from comotion_server.kernels.flight import SPIN_FREE
 from comotion_server.kernels.friction import rub
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.pinches import given_spread, hurls
 from comotion_server.kernels.reflections import LOST, RUBBED, WORK, approaches, largest_of, reflect, who_approaches
 from comotion_server.kernels.sequential_impacts import take_turns
 from comotion_server.kernels.single_impact import collide_one
-from comotion_server.kernels.vectors import cross, dot, row, sub
+from comotion_server.kernels.vectors import cross, dot, length, row, sub
 
 __all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "RUBBED", "SOLVED", "WORK", "Cluster"]
 
@@ -113,6 +116,13 @@ def collide(bodies, contacts, count, restitution, friction, law, v, R, L, w, imp
         approaches(rows, bounds, x, speeds)
         if not rubs or not who_approaches(rows, speeds, fastest, hardest, closing):
             break
+    spread = given_spread(bodies, contacts, count, v, w)
+    if spread > 0.0 and hurls(cluster, contacts, before, x, max(spread, fastest)):
+        for i in range(count):
+            report.certificate[i] = length(row(impulse, i)) > 0.0
+        impulse[:count] = 0.0
+        report.book[:] = 0.0
+        return BLOCKED
     change_velocities(bodies, cluster, R, before, x, v, L, w)
     return status
 
@@ -175,8 +185,16 @@ def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impuls
     x = scaled_velocities(cluster, v, L)
     y, chosen = np.empty_like(x), np.ones(count, np.bool_)
     status, _ = project_cluster(rows, bounds, chosen, equal[:count], WEAK, x, y, impulse[:count], certificate[:count])
-    if status != BLOCKED:
-        change_velocities(bodies, cluster, R, x, y, v, L, w)
+    if status == BLOCKED:
+        return status
+    spread, fastest = given_spread(bodies, contacts, count, v, w), 0.0
+    for i in range(count):
+        fastest = max(fastest, bounds[i] - along_row(rows, i, x))
+    if spread > 0.0 and hurls(cluster, contacts, x, y, max(spread, fastest)):
+        for i in range(count):
+            certificate[i] = impulse[i] > 0.0
+        return BLOCKED
+    change_velocities(bodies, cluster, R, x, y, v, L, w)
     return status
 
 

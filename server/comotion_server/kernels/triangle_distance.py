@@ -62,13 +62,14 @@ def segment_parameters(u, v, w):
 def _across(gap, squared, u, v):
     """The gap between the insides of two edges, turned to be normal to both where that is the better direction.
 
-    The difference of two points is wrong by rounding / gap, the cross product of the edges by rounding / sine.
+    The difference of two points is wrong by rounding / gap, the cross product of the edges by rounding / sine. Where it
+    is far from the difference, a point counts as inside its edge by rounding alone: a corner beside an edge.
     """
     normal = cross(u, v)
-    uu, vv, nn = dot(u, u), dot(v, v), dot(normal, normal)
-    if squared * uu * vv >= nn * max(uu, vv):
+    uu, vv, nn, along_normal = dot(u, u), dot(v, v), dot(normal, normal), dot(gap, normal)
+    if squared * uu * vv >= nn * max(uu, vv) or 2.0 * along_normal * along_normal < squared * nn:
         return gap
-    return scaled(normal, sqrt(squared / nn) * (1.0 if dot(gap, normal) >= 0.0 else -1.0))
+    return scaled(normal, sqrt(squared / nn) * (1.0 if along_normal >= 0.0 else -1.0))
 
 
 @lean_jit

@@ -149,6 +149,7 @@ class Collisions:
         restitution: where no pair of materials says otherwise (P11).
         friction: Coulomb's coefficient, likewise; rule `exact`.
         simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
+        merge: bodies that meet with restitution 0 become one (P11); rule `exact`.
         parallel: what carries the torque of level contacts: the whole patch (rule `exact`), the paper's criteria (P12;
             its rules), or nothing but the closest point.
         patch_angle: faces level within this angle [rad] touch as a whole; rule `exact`.
@@ -165,6 +166,7 @@ class Collisions:
     restitution: float = 0.3
     friction: float = 0.0
     simultaneous: Literal["together", "sequential"] = "together"
+    merge: bool = False
     parallel: Literal["patch", "paper", "off"] = BY_RULE
     patch_angle: float = 1e-6
     substeps: int = 2

@@ -111,6 +111,8 @@ class CollisionsTable(Table):
     """Coulomb's coefficient; pairs of materials may say otherwise. Rule `exact` only."""
     simultaneous: Literal["together", "sequential"] = "together"
     """Contacts at the same time are answered as one problem, or one after the other. Rule `exact` only."""
+    merge: bool = False
+    """Bodies that meet with restitution 0 become one, but for those that move as told. Rule `exact` only."""
     parallel: Literal["patch", "paper", "off"] | None = None
     """Level faces touch as a whole ("patch", rule `exact`), or push without turning ("paper", the paper's rules)."""
     patch_angle: float = quantity("rad", 1e-6, ge=0, le=0.1)
