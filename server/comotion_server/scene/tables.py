@@ -167,6 +167,26 @@ class PlaneTable(Table):
     """Of the plane, world frame; a `position` takes its place."""
 
 
+class SphereTable(Table):
+    """A sphere about its centre."""
+
+    radius: float = quantity("m", **LENGTHS)
+    """Of the sphere."""
+
+
+class PipeTable(Table):
+    """A straight pipe along z about its centre: for fixed bodies, and prescribed ones that do not turn."""
+
+    inner_radius: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    outer_radius: float = quantity("m", **LENGTHS)
+    """Of the outer wall."""
+    length: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    caps: bool = False
+    """Whether both ends are closed."""
+
+
 class ShapeTable(Table):
     """Exactly one shape."""
 
@@ -178,6 +198,10 @@ class ShapeTable(Table):
     """A triangular prism."""
     plane: PlaneTable | None = None
     """A plane without end."""
+    sphere: SphereTable | None = None
+    """A sphere, exactly round."""
+    pipe: PipeTable | None = None
+    """A pipe, exactly round."""
 
 
 class MotionTable(Table):
@@ -207,7 +231,7 @@ class BodyKeys(Table):
     name: Name
     """Unique in the scene."""
     shape: ShapeTable
-    """The body's shape: exactly one of stl, box, prism, plane."""
+    """The body's shape: exactly one of stl, box, prism, plane, sphere, pipe."""
     region: Name | None = None
     """Region of geometry exchange that the vertices belong to; the name unless given."""
     motion: Motion = "free"
