@@ -42,7 +42,7 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             kind[i], radius[i], size[i, RADIUS] = SPHERE, shape.radius, shape.radius
         else:
             half = 0.5 * shape.length
-            kind[i], radius[i], axis[i] = PIPE, np.hypot(shape.outer_radius, half), (0.0, 0.0, 1.0)
+            kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
     return Solids(arrays, None, kind, number, normal, radius, near, size, axis)
 

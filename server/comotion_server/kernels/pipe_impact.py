@@ -131,11 +131,11 @@ def pipe_time(size, e, D, V, A, r, still, tolerance, horizon):
         if inside:
             if size[CAPS] > 0.0:
                 room = size[HALF] - r
-                s = min(bore_time(size, e, D, V, A, r, still, left), _ends_time(size, e, D, V, A, room, still, grain, left))
-                return passed + s
+                wall = bore_time(size, e, D, V, A, r, still, left)
+                return passed + min(wall, _ends_time(size, e, D, V, A, room, still, grain, left))
             leaves = _ends_time(size, e, D, V, A, size[HALF], 0.0, grain, left)
             s = bore_time(size, e, D, V, A, r, still, min(left, leaves))
-            if s < inf or leaves == inf:
+            if s <= leaves:
                 return passed + s
             step = leaves
         else:

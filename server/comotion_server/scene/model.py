@@ -82,18 +82,20 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Pipe:
-    """A straight pipe about the body's origin, along its z axis.
+    """A straight pipe about the body's origin.
 
     Attributes:
         inner_radius: of the bore [m].
         outer_radius: [m].
         length: of the bore [m].
+        axis: 0, 1 or 2: which axis of the body it lies along.
         caps: whether its ends are closed.
     """
 
     inner_radius: float
     outer_radius: float
     length: float
+    axis: int = 2
     caps: bool = False
 
 

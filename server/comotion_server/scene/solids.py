@@ -116,8 +116,10 @@ def _pipe(table: PipeTable) -> Solid:
     volume = np.pi * (outer**2 - inner**2) * length
     about, across = 0.5 * (outer**2 + inner**2), 0.25 * (outer**2 + inner**2) + length**2 / 12.0
     label = f"pipe of radii {inner:g} and {outer:g} m, length {length:g} m" + (", closed" if table.caps else "")
-    shape = Pipe(inner, outer, length, table.caps)
-    return Solid(label, shape, np.zeros(3), volume, volume * np.diag([across, across, about]), None)
+    axis = "xyz".index(table.axis)
+    moments = np.where(np.arange(3) == axis, about, across)
+    shape = Pipe(inner, outer, length, axis, table.caps)
+    return Solid(label, shape, np.zeros(3), volume, volume * np.diag(moments), None)
 
 
 def _from_file(label: str, path: Path) -> Solid:

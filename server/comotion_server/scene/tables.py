@@ -175,7 +175,7 @@ class SphereTable(Table):
 
 
 class PipeTable(Table):
-    """A straight pipe along z about its centre: for fixed bodies, and prescribed ones that do not turn."""
+    """A straight pipe about its centre: for fixed bodies, and prescribed ones that do not turn."""
 
     inner_radius: float = quantity("m", **LENGTHS)
     """Of the bore."""
@@ -183,6 +183,8 @@ class PipeTable(Table):
     """Of the outer wall."""
     length: float = quantity("m", **LENGTHS)
     """Of the bore."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Along which it lies, body frame."""
     caps: bool = False
     """Whether both ends are closed."""
 
