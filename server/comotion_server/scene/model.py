@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Locks = tuple[bool, bool, bool, bool, bool, bool]
-Rule = Literal["exact", "paper", "paper-advance"]
+Rule = Literal["exact", "paper", "paper-advance", "paper-analytic"]
 
 BY_RULE: Any = None
 """Stands for the value that a rule takes unless told otherwise."""
@@ -147,7 +147,7 @@ class Collisions:
 
     Attributes:
         rule: exact contact times and clusters of contacts; or the paper's queue to the letter, or read the other way:
-            advance, then respond (P9, P10).
+            advance, then respond (P9, P10); or its queue for analytic bodies (P19).
         restitution: where no pair of materials says otherwise (P11).
         friction: Coulomb's coefficient, likewise; rule `exact`.
         simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
@@ -181,7 +181,8 @@ class Collisions:
 
     def __post_init__(self) -> None:
         exact = self.rule == "exact"
-        for name, value in (("parallel", "patch" if exact else "paper"), ("tolerance", 1e-9 if exact else 1e-6)):
+        level = {"exact": "patch", "paper-analytic": "off"}.get(self.rule, "paper")
+        for name, value in (("parallel", level), ("tolerance", 1e-9 if exact else 1e-6)):
             if getattr(self, name) is BY_RULE:
                 object.__setattr__(self, name, value)
 

@@ -19,7 +19,7 @@ SHAPES = ("stl", "box", "prism", "plane", "sphere", "pipe")
 NO_MESH = ("plane", "sphere", "pipe")
 EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
-PAPER_RULES = ("paper", "paper-advance")
+PAPER_RULES = ("paper", "paper-advance", "paper-analytic")
 PLACES = ("grid", "poses", "random")
 
 
@@ -59,15 +59,19 @@ def collisions_rules(collisions: Mapping[str, Any]) -> Iterator[Found]:
             yield ("parallel",), 'must be "patch" or "off" under rule "exact"; got "paper"'
     elif rule in PAPER_RULES:
         yield from _not_with(collisions, EXACT_ONLY, f'only rule "exact" takes it; this is rule "{rule}"')
-        if collisions.get("parallel") == "patch":
+        if rule == "paper-analytic":
+            yield from _not_with(collisions, (*PAPER_ONLY, "parallel", "tolerance"), f'not of rule "{rule}"')
+        elif collisions.get("parallel") == "patch":
             yield ("parallel",), f'must be "paper" or "off" under rule "{rule}"; got "patch"'
 
 
 def exact_only_rules(kind: str, table: Mapping[str, Any], rule: str) -> Iterator[Found]:
     """What a `[[body]]`, `[[array]]` or `[[material]]` asks for that one of the paper's rules does not have."""
     shape = table.get("shape")
-    for name in NO_MESH if isinstance(shape, dict) else ():
-        if name in shape:
+    for name in shape if isinstance(shape, dict) else ():
+        if rule == "paper-analytic" and name in SHAPES and name not in NO_MESH:
+            yield ("shape", name), f'rule "{rule}" takes spheres, planes and pipes alone'
+        elif rule != "paper-analytic" and name in NO_MESH:
             yield ("shape", name), f'only rule "exact" takes it; this is rule "{rule}", which measures meshes'
     if kind == "material":
         yield from _not_with(table, ("friction",), f'only rule "exact" takes it; this is rule "{rule}"')
