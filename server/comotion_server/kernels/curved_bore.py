@@ -1,9 +1,9 @@
 """A segment against a pipe, and a cylinder inside a closed one.
 
-The inside of a closed pipe is convex, and the distance from its wall is concave there: an end of the segment is nearest.
-From outside, a closed pipe is a solid cylinder. An open pipe is neither. What is nearest to a segment is then, on the
-segment: an end of it; where it passes through the plane of an end of the pipe; where it is nearest to the axis; or where
-it is nearest to one of the four rims. At each of these the distance from the pipe is known, and the least one is taken.
+The inside of a closed pipe is convex, and the distance from its wall is concave there: an end of the segment is
+nearest. From outside, a closed pipe is a solid cylinder. An open pipe is neither. What is nearest to a segment is then,
+on the segment: an end of it; where it passes through the plane of an end of the pipe; where it is nearest to the axis;
+or where it is nearest to one of the four rims. At each of these the distance is known, and the least is taken.
 
 Nearest to a rim of radius R at height Z: half the slope of the squared distance along P + t M is
     M . (P + t M - Z u) - R b'^2 (t - t0) / rho,    rho^2 = b^2 + b'^2 (t - t0)^2,
@@ -76,7 +76,7 @@ def _nearest_to_rim(R, Z, u, P, M):
         return t, t
     t0 = -dot(A, B) / bb
     b = length(along(A, t0, B))
-    turn = (R * b * b * (bb / mm)) ** (1.0 / 3.0)
+    turn = b * (R * bb / (b * mm)) ** (1.0 / 3.0) if b > 0.0 else 0.0
     aside = sqrt((turn - b) * (turn + b) / bb) if turn > b else 0.0
     left, right = _clamped(t0 - aside), _clamped(t0 + aside)
     return _lowest_to_rim(R, Z, u, P, M, -1.0, left), _lowest_to_rim(R, Z, u, P, M, right, 1.0)
@@ -163,13 +163,11 @@ def farthest_of_rim(u, c, r, v):
     squeeze = length(flat)
     x, y = dot(c, e1), dot(c, flat) / squeeze if squeeze > 0.0 else 0.0
     p, q, bulge = abs(x), abs(y) * squeeze, r * (1.0 - squeeze) * (1.0 + squeeze)
-    lo, hi = 0.0, 1.0  # of the sine on the first half of the quadrant, of the cosine on the other
-    diagonal = sqrt(0.5)
-    steep = diagonal * (q - p) - 0.5 * bulge > 0.0
-    hi = diagonal
+    lo, hi = 0.0, sqrt(0.5)  # of the sine on the first half of the quadrant, of the cosine on the other
+    steep = hi * (q - p) - 0.5 * bulge > 0.0
     for _ in range(TURNS):
         k = 0.5 * (lo + hi)
-        if hi - lo <= NARROW * hi or k == lo or k == hi:
+        if hi - lo <= NARROW * hi or k in (lo, hi):
             break
         other = sqrt((1.0 - k) * (1.0 + k))
         sine, cosine = (other, k) if steep else (k, other)
@@ -187,7 +185,7 @@ def farthest_of_rim(u, c, r, v):
 
 @lean_jit
 def cylinder_in_bore(size, u, r, h, v, C):
-    """(signed distance, point of the cylinder, normal from the pipe to it) of a cylinder about C inside a closed pipe."""
+    """(signed distance, point of the cylinder, normal from the pipe to it) of a cylinder about C in a closed pipe."""
     best = inf, ZERO, ZERO
     rise = dot(u, v)
     across = along(v, -rise, u)  # a disc's lowest and highest points along u

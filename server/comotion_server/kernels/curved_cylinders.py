@@ -1,9 +1,9 @@
 """Two solid cylinders: the nearest points of the four end discs to the other cylinder, and of side to side.
 
-The closest points lie in an end disc of one of them, or on both sides; discs are searched through (`curved_search`), and
-the sides are nearest where the axes are. Every pair of points that is compared lies on both cylinders, so an error can
-only lengthen the distance, and only in second order. Where the cylinders all but touch, the direction between the points
-is rounding: the normal then comes from the faces, sides or rims that the points lie on.
+The closest points lie in an end disc of one of them, or on both sides; discs are searched through (`curved_search`),
+and the sides are nearest where the axes are. Every pair of points that is compared lies on both cylinders, so an error
+can only lengthen the distance, and only in second order. Where the cylinders all but touch, the direction between the
+points is rounding: the normal then comes from the faces, sides or rims that the points lie on.
 
 Legend: r, h, u radius, half length and axis of a and b; D centre of b from the centre of a; all points from a's centre.
 """
@@ -110,7 +110,7 @@ def _wider(best, n, r_a, h_a, u_a, r_b, h_b, u_b, D):
 
 @lean_jit
 def way_apart(r_a, h_a, u_a, r_b, h_b, u_b, D):
-    """(gap, at most 0, and direction) along which overlapping cylinders come apart soonest, of a few that are likely."""
+    """(gap, at most 0, and direction) along which overlapping cylinders come apart, the best of a few."""
     best = -inf, u_a
     for n in (u_a, u_b, unit(cross(u_a, u_b)), _across(D, u_a), _across(D, u_b)):
         best = _wider(best, n, r_a, h_a, u_a, r_b, h_b, u_b, D)
