@@ -80,7 +80,7 @@ def solids_of(forms):
         else:
             normal[i] = form
     near, size, axis = np.full(count, 0.02), np.zeros((count, 4)), np.zeros((count, 3))
-    return Solids(store.arrays, None, kind, shape, normal, radius, near, size, axis)
+    return Solids(store.arrays, kind, shape, normal, radius, near, size, axis)
 
 
 class Touching:

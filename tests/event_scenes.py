@@ -46,7 +46,7 @@ class Tube:
 
 @dataclass
 class Part:
-    """A body: a mesh about its centre of mass, a ball, a tube, or the normal of a plane through x; density 0: it stays."""
+    """A body: a mesh about its centre of mass, a ball, a tube, or a plane's normal through x; density 0: it stays."""
 
     shape: object
     x: tuple = (0.0, 0.0, 0.0)
@@ -70,7 +70,18 @@ def centred(mesh):
 class Play:
     """Bodies in a queue of their own, from their parts."""
 
-    def __init__(self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False, log_room=200_000):
+    def __init__(
+        self,
+        parts,
+        *,
+        gravity=(0, 0, 0),
+        restitution=1.0,
+        tolerance=1e-9,
+        angle=0.0,
+        law=0,
+        resting=False,
+        log_room=200_000,
+    ):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]
         store = MeshStore.build(meshes) if meshes else None
@@ -127,7 +138,7 @@ class Play:
             kind=np.zeros(n, np.int64),
             **vectors,
         )
-        solids = Solids(store and store.arrays, None, kind, shape, normal, radius, near, sizes, axis)
+        solids = Solids(store and store.arrays, kind, shape, normal, radius, near, sizes, axis)
         self.scene = Scene(bodies, solids, flights, x, v, R, L, w)
         self.rules = Rules(
             np.zeros(n, np.int64),

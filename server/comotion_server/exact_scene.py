@@ -6,8 +6,8 @@ from math import inf
 import numpy as np
 
 from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
-from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.contact_manifold import new_patch_work
+from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.pair_window import new_work
@@ -40,11 +40,11 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             kind[i], normal[i] = PLANE, shape.normal
         elif isinstance(shape, Sphere):
             kind[i], radius[i], size[i, RADIUS] = SPHERE, shape.radius, shape.radius
-        else:
+        elif isinstance(shape, Pipe):
             half = 0.5 * shape.length
             kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
-    return Solids(arrays, None, kind, number, normal, radius, near, size, axis)
+    return Solids(arrays, kind, number, normal, radius, near, size, axis)
 
 
 def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:

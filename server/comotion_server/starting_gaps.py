@@ -4,6 +4,8 @@ Rule `exact` needs a gap between all bodies. Whoever puts a box on a floor puts 
 mesh file can say it, so overlaps up to a millionth of the smaller body are taken as contact.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -65,7 +67,8 @@ def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float,
 
 def _way_out(scene: Scene, a: int, b: int, gap: float, witness: NDArray[np.int64]) -> tuple[Array, float]:
     """The direction (3,) from a to b, world, along which the bodies overlap least, and how much [m]."""
-    solids, m = scene.solids, scene.solids.meshes
+    solids = scene.solids
+    m: Any = solids.meshes  # None only where all bodies are smooth
     if are_smooth(solids, a, b):
         depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
         return np.array(normal), -depth

@@ -1,6 +1,6 @@
 """Spheres whose motion is known: a bouncing ball, Galperin's billiard, a breathing ring; and what symmetry demands."""
 
-from math import acos, cos, floor, pi, sin, sqrt
+from math import cos, floor, pi, sin, sqrt
 
 import numpy as np
 import pytest

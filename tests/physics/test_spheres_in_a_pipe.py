@@ -49,7 +49,11 @@ def test_a_sphere_is_where_it_should_be_after_10_000_hits():
     assert play.play(1e6) == SPENT
     log = play.queue.log
     with mp.workdps(40):
-        d, u, room = [mp.mpf(float(c)) for c in x[:2]], [mp.mpf(float(c)) for c in v[:2]], mp.mpf(INNER) - mp.mpf(RADIUS)
+        d, u, room = (
+            [mp.mpf(float(c)) for c in x[:2]],
+            [mp.mpf(float(c)) for c in v[:2]],
+            mp.mpf(INNER) - mp.mpf(RADIUS),
+        )
         square, half = mp.fdot(u, u), mp.fdot(d, u)
         first = (-half + mp.sqrt(half**2 - square * (mp.fdot(d, d) - room**2))) / square
         at = mp.mpc(d[0] + first * u[0], d[1] + first * u[1])
@@ -69,7 +73,7 @@ def test_the_flight_cut_in_steps_is_the_same():
     def ends(steps):
         x, v = ring(5, 1.0)
         parts = [Part(Ball(RADIUS), tuple(a), tuple(b)) for a, b in zip(x, v, strict=True)]
-        play = Play([*parts, Part(Tube(INNER, OUTER, HALF, True), density=0.0)])
+        play = Play([*parts, Part(Tube(INNER, OUTER, HALF, caps=True), density=0.0)])
         for _ in range(steps):
             assert play.step(2.0 / steps) == DONE
         return play.scene.x.copy()

@@ -36,9 +36,9 @@ impacts = sum(len(simulation.step(scene.dt).impacts) for _ in range({steps}))
 print(json.dumps([sorted(compiled()), overloads() - warm, impacts, sorted(set(sys.modules) & {{"trimesh", "scipy"}})]))
 """
 OF_MESHES = {
-    "mesh_pair", "hierarchy", "boxes", "box_fit", "lanes", "lane_tree", "triangle_lanes", "triangle_distance", "topology",
-    "contact_patch", "contact_pairs", "contact_hull", "contact_normals", "level_faces", "pair_window", "plane_impact",
-    "pair_impact", "pair_impact_bounds", "penetration", "features", "closeness", "contact_plane",
+    "mesh_pair", "hierarchy", "boxes", "box_fit", "lanes", "lane_tree", "triangle_lanes", "triangle_distance",
+    "topology", "contact_patch", "contact_pairs", "contact_hull", "contact_normals", "level_faces", "pair_window",
+    "plane_impact", "pair_impact", "pair_impact_bounds", "penetration", "features", "closeness", "contact_plane",
 }  # fmt: skip
 
 

@@ -23,7 +23,8 @@ from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
-from comotion_server.kernels.mesh_pair import closest_points, relative_rotation, work_space
+from comotion_server.kernels.mesh_pair import closest_points, work_space
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.smooth_contact import smooth_manifold
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
@@ -171,12 +172,12 @@ def _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, wor
 
 
 @jit
-def _no_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+def _no_manifold(*_):
     """There are no such pairs."""
     return 0
 
 
-_other_manifold = by_shapes(_flat_manifold, _no_manifold, _no_manifold)
+_other_manifold = by_shapes(_flat_manifold, _no_manifold)
 
 
 @jit
@@ -217,12 +218,12 @@ def _flat_gap(solids, a, b, x, R, limit, witness, work):
 
 
 @jit
-def _no_gap(solids, a, b, x, R, limit, witness, work):
+def _no_gap(*_):
     """There are no such pairs."""
     return inf
 
 
-_other_gap = by_shapes(_flat_gap, _no_gap, _no_gap)
+_other_gap = by_shapes(_flat_gap, _no_gap)
 
 
 @jit

@@ -188,12 +188,12 @@ def _refresh_flat(solids, contacts, i, x, v, R, w):
 
 
 @lean_jit
-def _refresh_none(solids, contacts, i, x, v, R, w):
+def _refresh_none(*_):
     """There are no such rows."""
     return inf, 0.0, 0.0
 
 
-_refresh_others = by_shapes(_refresh_flat, _refresh_none, _refresh_none)
+_refresh_others = by_shapes(_refresh_flat, _refresh_none)
 
 
 @lean_jit

@@ -70,8 +70,8 @@ def _put_pair(queue, k, time):
 
 
 @lean_jit
-def _put_again(queue, scene, k, time):
-    """Put pair k, of which nothing is known beyond `time` [s]: at its contact where that has a closed form."""
+def _put_again(queue, scene, k):
+    """Put pair k, of which nothing is known beyond its proven time: at its contact where that has a closed form."""
     pairs = queue.pairs
     memory, a, b = pairs.memory[k], pairs.bodies[k, 0], pairs.bodies[k, 1]
     if has_closed_form(scene.solids, scene.flights, a, b):
@@ -134,7 +134,7 @@ def look_around(queue, scene, i, time):
         k = join(pairs, i, j, time, tolerance)
         if k == NO_ROW:
             return False
-        _put_again(queue, scene, k, time)
+        _put_again(queue, scene, k)
     return True
 
 
@@ -159,7 +159,7 @@ def take_off(queue, scene, i, time):
     while link >= 0:
         k = link >> 1
         forget_flight(pairs.memory[k], time)
-        _put_again(queue, scene, k, time)
+        _put_again(queue, scene, k)
         link = pairs.next[link]
     _time_room(queue, scene, i, time)
 
@@ -287,8 +287,8 @@ def play(queue, scene, rules, until):
     SPENT      as many hits were answered as tally[LEFT] allowed
     STALLED    numbers are too coarse to follow pair tally[ROW]
     OVERLAPPING  the bodies of pair tally[ROW] intersect
-    The local time is in queue.now[NOW]; the cluster, with its states at that time, is in queue.cluster and the scene; all
-    other bodies are where their flights have them. Calling again goes on.
+    The local time is in queue.now[NOW]; the cluster, with its states at that time, is in queue.cluster and the
+    scene; all other bodies are where their flights have them. Calling again goes on.
     """
     n = len(queue.held)
     queue.now[UNTIL] = until

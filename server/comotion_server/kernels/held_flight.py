@@ -124,7 +124,9 @@ def turn_to(bodies, i, R, L, w):
 def _is_steady(solids, flights, contacts, count, members, touched, course, state):
     """Whether nothing turns, nor will: then normals and contact forces stay as they are."""
     for i in range(count):
-        if is_bent(solids, contacts, i) and row(state[1], contacts.bodies[i, 0]) != row(state[1], contacts.bodies[i, 1]):
+        if is_bent(solids, contacts, i) and row(state[1], contacts.bodies[i, 0]) != row(
+            state[1], contacts.bodies[i, 1]
+        ):
             return False
     for i in touched:
         if flights.kind[i] != STILL and length(row(state[4], i)) > 0.0:

@@ -13,7 +13,7 @@ from math import inf, sqrt
 
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import covering_time, first_root
-from comotion_server.kernels.polynomial_falls import fall_time, first_fall
+from comotion_server.kernels.polynomial_falls import fall_time
 from comotion_server.kernels.solids import CAPS, HALF, INNER, OUTER
 from comotion_server.kernels.vectors import add, along, dot, length, scaled
 
@@ -32,7 +32,7 @@ def is_in_bore(size, e, D):
 
 @lean_jit
 def pipe_gap(size, e, D, r):
-    """(gap [m], unit normal from the pipe to the sphere) of a sphere of radius r; negative in the wall by its radius."""
+    """(gap [m], unit normal from the pipe to the sphere) of a sphere of radius r; in the wall minus its radius."""
     z = dot(e, D)
     across = along(D, -z, e)
     rho, inner = length(across), size[INNER]
@@ -56,7 +56,7 @@ def pipe_gap(size, e, D, r):
 
 
 @lean_jit
-def _ends_time(size, e, D, V, A, room, still, depth, horizon):
+def _ends_time(e, D, V, A, room, still, depth, horizon):
     """When the point is first as far along the axis as `room` [m], either way."""
     z, v, a = dot(e, D), dot(e, V), 0.5 * dot(e, A)
     top = fall_time((room - z, -v, -a, 0.0, 0.0), still, depth, horizon)
@@ -132,8 +132,8 @@ def pipe_time(size, e, D, V, A, r, still, tolerance, horizon):
             if size[CAPS] > 0.0:
                 room = size[HALF] - r
                 wall = bore_time(size, e, D, V, A, r, still, left)
-                return passed + min(wall, _ends_time(size, e, D, V, A, room, still, grain, left))
-            leaves = _ends_time(size, e, D, V, A, size[HALF], 0.0, grain, left)
+                return passed + min(wall, _ends_time(e, D, V, A, room, still, grain, left))
+            leaves = _ends_time(e, D, V, A, size[HALF], 0.0, grain, left)
             s = bore_time(size, e, D, V, A, r, still, min(left, leaves))
             if s <= leaves:
                 return passed + s

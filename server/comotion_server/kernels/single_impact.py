@@ -84,7 +84,9 @@ def collide_one(bodies, contacts, restitution, v, R, L, w, impulse, report):
         return BLOCKED
     wanted = (1.0 + restitution) * approach
     j = wanted / ease
-    product, error = two_product(j, ease)  # of `ease` the rounding is the same at every impact of a pair: it would add up
+    product, error = two_product(
+        j, ease
+    )  # of `ease` the rounding is the same at every impact of a pair: it would add up
     j += ((wanted - product) - error - j * lost) / ease
     J = scaled(n, j)
     impulse[0, 0], impulse[0, 1], impulse[0, 2] = J

@@ -1,8 +1,8 @@
 """Points at which a sphere touches a sphere, a plane or a pipe, and their motion (docs/spheres.md).
 
-The arms of the sphere lie along the normal, so only the motion of its centre counts. A sphere in a pipe with closed ends
-may touch its wall and both ends, which are parts of their own. Legend: D offset of the sphere's centre from the other
-body's, V its velocity against that body's centre, world; e axis.
+The arms of the sphere lie along the normal, so only the motion of its centre counts. A sphere in a pipe with closed
+ends may touch its wall and both ends, which are parts of their own. Legend: D offset of the sphere's centre from the
+other body's, V its velocity against that body's centre, world; e axis.
 """
 
 from math import inf
@@ -14,7 +14,13 @@ from comotion_server.kernels.solids import CAPS, HALF, INNER, OUTER, PIPE, PLANE
 from comotion_server.kernels.sphere_impact import direction_of
 from comotion_server.kernels.vectors import ZERO, along, cross, dot, length, row, scaled, sub
 
-NEAREST, WALL, TOP, BOTTOM, PARTS = 0, 1, 2, 3, 4  # of a body: its nearest point; of a closed bore: its wall and its ends
+NEAREST, WALL, TOP, BOTTOM, PARTS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+)  # of a body: its nearest point; of a closed bore: its wall and its ends
 FULL = -1
 
 
@@ -99,7 +105,7 @@ def _write(solids, contacts, i, sphere, other, D, gap, n):
 def _pipe_bias(size, part, e, D, V, n):
     """What the velocity V of the sphere's centre adds to the second derivative of its distance from a pipe at rest.
 
-    rho'' = a_rho + v_t^2 / rho, and where a rim is nearest, g = |(rho, z) - rim| bends with the motion across g as well.
+    rho'' = a_rho + v_t^2 / rho, and where a rim is nearest, g = |(rho, z) - rim| bends with the motion across it, too.
     """
     if part >= TOP:
         return 0.0

@@ -3,8 +3,9 @@
 from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.mesh_pair import closest_points, relative_rotation
+from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.plane_impact import advance_plane
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import advance_smooth, are_smooth, has_closed_form, smooth_gap
 from comotion_server.kernels.time_of_impact import STALLS, advance, distance_left, note_distance
@@ -27,12 +28,12 @@ def _advance_flat(solids, flights, bodies, a, b, end, key, tolerance, budget, me
 
 
 @lean_jit
-def _advance_never(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
+def _advance_never(*_):
     """There are no such pairs."""
     return STALLS
 
 
-_advance_others = by_shapes(_advance_flat, _advance_never, _advance_never)
+_advance_others = by_shapes(_advance_flat, _advance_never)
 
 
 @lean_jit
@@ -68,12 +69,12 @@ def _flat_gap_within(solids, a, b, x, R, reach, memory, witness, work):
 
 
 @lean_jit
-def _never_within(solids, a, b, x, R, reach, memory, witness, work):
+def _never_within(*_):
     """There are no such pairs."""
     return False
 
 
-_other_gap_within = by_shapes(_flat_gap_within, _never_within, _never_within)
+_other_gap_within = by_shapes(_flat_gap_within, _never_within)
 
 
 @lean_jit

@@ -1,8 +1,8 @@
 """The contact time of a sphere with a sphere, a plane or a pipe, in closed form (docs/spheres.md).
 
-Both bodies fly on parabolas, so the offset of their centres is D + V s + A s^2 / 2 from the later of their two take-offs
-on, and the gap, or its product with a length, is a polynomial of s. Times are counted from there: a contact is where it
-is, whoever asks and however often. The gap at a contact is zero, to rounding.
+Both bodies fly on parabolas, so the offset of their centres is D + V s + A s^2 / 2 from the later of their two
+take-offs on, and the gap, or its product with a length, is a polynomial of s. Times are counted from
+there: a contact is where it is, whoever asks and however often. The gap at a contact is zero, to rounding.
 """
 
 from math import inf, sqrt
@@ -10,7 +10,7 @@ from math import inf, sqrt
 from comotion_server.kernels.flight import STILL as NOT_TURNING
 from comotion_server.kernels.flight import motion_of
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.pipe_impact import GRAIN, OVERLAP, STALL, pipe_gap, pipe_time
+from comotion_server.kernels.pipe_impact import GRAIN, OVERLAP, pipe_gap, pipe_time
 from comotion_server.kernels.polynomial_falls import fall_time
 from comotion_server.kernels.solids import PIPE, PLANE, RADIUS, SPHERE
 from comotion_server.kernels.time_of_impact import (
@@ -38,8 +38,8 @@ def are_smooth(solids, a, b):
     """Whether two bodies are a sphere and a sphere, a plane or a pipe."""
     one, other = solids.kind[a], solids.kind[b]
     if one == SPHERE:
-        return other == SPHERE or other == PLANE or other == PIPE
-    return other == SPHERE and (one == PLANE or one == PIPE)
+        return other in (SPHERE, PLANE, PIPE)
+    return other == SPHERE and one in (PLANE, PIPE)
 
 
 @lean_jit
@@ -76,7 +76,7 @@ def _polished(D, V, A, reach, s):
 
 @lean_jit
 def spheres_time(D, V, A, reach, still, tolerance, horizon):
-    """When two spheres touch, `reach` [m] the sum of their radii: s >= 0, inf (not at all, or not up to `horizon`), or OVERLAP."""
+    """When two spheres touch, `reach` [m] the sum of their radii: s >= 0, OVERLAP, or inf: not up to `horizon`."""
     far = length(D)
     if far - reach < -tolerance:
         return OVERLAP

@@ -104,7 +104,7 @@ class CollisionsTable(Table):
     """How collisions are found and answered."""
 
     rule: Literal["exact", "paper", "paper-advance", "paper-analytic"] = "exact"
-    """Exact contact times; or the paper's queue to the letter, or read the other way (advance, then respond), or for spheres."""
+    """Exact contact times; or the paper's queue: to the letter, read the other way, or that for spheres."""
     restitution: Restitution = quantity("1", 0.3)
     """Coefficient of restitution: 1 elastic, 0 plastic; pairs of materials may say otherwise."""
     friction: Friction = quantity("1", 0.0)
