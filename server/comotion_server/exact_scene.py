@@ -26,9 +26,15 @@ Shape = TriangleMesh | Plane | Sphere | Pipe
 
 
 def solids_of(shapes: Sequence[Shape]) -> Solids:
-    """The shapes of all bodies."""
+    """The shapes of all bodies.
+
+    Raises:
+        TypeError: spheres or pipes among meshes.
+    """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
+    if meshes and any(isinstance(shape, Sphere | Pipe) for shape in shapes):
+        raise TypeError("spheres and pipes among meshes: not in this version")
     arrays, numbers = _stored(meshes) if meshes else (None, iter(()))
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)

@@ -68,7 +68,8 @@ def test_a_full_log_stops_before_the_hit():
         times += small.queue.log.time[: small.queue.log.total[0]].tolist()
         clear(small.queue.log)
     times += small.queue.log.time[: small.queue.log.total[0]].tolist()
-    assert times == whole.queue.log.time[: whole.queue.log.total[0]].tolist()
+    # a query taken up again takes other steps to the target gap: a millionth of it is 1e-15 s, which chaos makes larger
+    np.testing.assert_allclose(times, whole.queue.log.time[: whole.queue.log.total[0]], rtol=0.0, atol=1e-12)
 
 
 def test_a_held_body_hands_over_what_hits_it():

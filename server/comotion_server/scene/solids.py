@@ -53,6 +53,17 @@ class Solid:
         return np.empty((0, 3)) if isinstance(self.shape, Plane | Sphere | Pipe) else self.shape.vertices
 
     @property
+    def outline(self) -> Floats:
+        """Points [m], shape (n, 3), that the shape reaches out to from its centre: where there is room for it."""
+        if isinstance(self.shape, Sphere):
+            return self.shape.radius * np.vstack([np.eye(3), -np.eye(3)])
+        if isinstance(self.shape, Pipe):
+            reach = np.full(3, self.shape.outer_radius)
+            reach[self.shape.axis] = 0.5 * self.shape.length
+            return np.vstack([reach, -reach])
+        return self.vertices
+
+    @property
     def flaws(self) -> tuple[str, ...]:
         """Why the mesh is no closed surface; nothing if it is one, or if there is no mesh."""
         return () if self.health is None or self.health.closed else tuple(self.health.problems)
