@@ -317,7 +317,14 @@ def test_bodies_that_were_scaled_down_are_listed(peers):
 
     with Peers("memory", Crushed()) as crushed, crushed.open() as motion:
         (wear,) = motion.step(DT).wear
-        assert (wear.time, wear.body, wear.scale, wear.depth, wear.mass, wear.energy) == (0.25, floe, 0.5, 0.1, 7.0, 3.0)
+        assert (wear.time, wear.body, wear.scale, wear.depth, wear.mass, wear.energy) == (
+            0.25,
+            floe,
+            0.5,
+            0.1,
+            7.0,
+            3.0,
+        )
         assert (wear.momentum, wear.angular_momentum) == ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
 
 

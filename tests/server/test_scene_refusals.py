@@ -155,7 +155,10 @@ def test_bodies(refused, keys, expected):
     ("shape", "expected"),
     [
         ("{}", ".shape: must have exactly one of stl, box, prism, plane, sphere, pipe; got none"),
-        ("{ torus = { radius = 1 } }", ".shape.torus: unknown key 'torus'; allowed: stl, box, prism, plane, sphere, pipe"),
+        (
+            "{ torus = { radius = 1 } }",
+            ".shape.torus: unknown key 'torus'; allowed: stl, box, prism, plane, sphere, pipe",
+        ),
         ("{ box = { size = [1, 0, 1] } }", ".shape.box.size[1]: must be at least 1e-12 m; got 0"),
         ("{ box = { size = 1 } }", ".shape.box.size: must be a list of numbers [m]; got 1"),
         ("{ box = 1 }", ".shape.box: must be a table; got 1"),
