@@ -6,8 +6,8 @@
 kind: PLANE, SPHERE, CAPSULE, CYLINDER or PIPE; size (4,) lengths [m]; axis (3,) unit, body frame (`curved_kinds`: what
 they mean; those of a sphere are not read); x (3,) centre [m], world; R (3, 3) body to world. Tuples do, and rows of
 arrays. Out: the distance [m], at most 0 where the bodies overlap; of spheres, capsules and planes, and of a sphere in
-or beside a cylinder or pipe, it is then minus the depth. The points lie on the surfaces, world [m]. The normal is a unit
-vector from a to b: moving b along it makes the distance grow; it is right also where bodies touch.
+or beside a cylinder or pipe, it is then minus the depth. The points lie on the surfaces, world [m]. The normal is a
+unit vector from a to b: moving b along it makes the distance grow; it is right also where bodies touch.
 
 Bodies may be in the bore of a pipe or outside of it. A plane and a pipe see a pipe's outside alone. A capsule or
 cylinder whose centre is in the bore of a closed pipe is inside. `is_known` tells which pairs have no answer: two
