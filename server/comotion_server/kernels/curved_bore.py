@@ -18,7 +18,14 @@ with t in [-1, 1].
 from math import inf, sqrt
 
 from comotion_server.kernels.curved_kinds import CAPS, HALF, INNER, OUTER
-from comotion_server.kernels.curved_points import cavity_depth, cylinder_distance, is_in_bore, pipe_distance, profile
+from comotion_server.kernels.curved_points import (
+    cavity_depth,
+    cylinder_distance,
+    is_in_bore,
+    pipe_distance,
+    profile,
+    some_perpendicular,
+)
 from comotion_server.kernels.curved_search import NARROW, TURNS, between, lowest_on_segment
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, unit
@@ -157,7 +164,7 @@ def farthest_of_rim(u, c, r, v):
     e1 = unit(cross(u, v))
     if e1 == ZERO:
         _, _, outward = profile(u, c)
-        return along(c, r, outward)
+        return along(c, r, outward if outward != ZERO else some_perpendicular(u))
     e2 = cross(v, e1)
     flat = along(e2, -dot(e2, u), u)
     squeeze = length(flat)
