@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.exact_scene import queue_of, rules_of, scene_of, solids_of
-from comotion_server.impact_records import impacts_of, soft_impacts_of
+from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_of
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
@@ -225,9 +225,8 @@ class ExactQueue:
 
     def _contacts(self) -> tuple[Contact, ...]:
         """The impulses of each pair over the step, of impacts and of held contacts."""
-        pairs, held, names = self.queue.pairs, self.islands.record.held, self.world.names
-        rows = np.flatnonzero(pairs.hits)
-        hit = {tuple(pairs.bodies[k].tolist()): (pairs.impulse[k], int(pairs.hits[k])) for k in rows}
+        held, names = self.islands.record.held, self.world.names
+        hit = totals_of(self.queue.log)
         none = np.zeros(3)
         found = []
         for a, b in sorted(hit.keys() | held.keys()):

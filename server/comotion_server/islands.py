@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.island import Island
-from comotion_server.kernels.contact_manifold import gap_of_pair, new_patch_work
+from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.contacts import Contacts
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_cluster import gather_about
@@ -84,7 +84,7 @@ class Islands:
         self._at_once = np.zeros(count, dtype=np.int64)  # and of these, at the last time
         self._last = np.full(count, -1.0)  # which is this [s]
         self._stride = np.inf  # of time-stepping [s]
-        self._work = new_patch_work()
+        self._work = queue.patch_work
 
     @property
     def state(self) -> tuple[Array, ...]:

@@ -16,6 +16,7 @@ from comotion_server.world import World
 if TYPE_CHECKING:
     from comotion_server.collision_queue import CollisionQueue
     from comotion_server.exact_queue import ExactQueue
+    from comotion_server.paper_analytic import AnalyticQueue
 
 
 @dataclass(slots=True)
@@ -114,11 +115,15 @@ def _decide_collisions(scene: Scene) -> Decision:
     return Decision(kept=True, reason=f'{_plural(pairs, "pair", "pairs")} may collide; rule "{rule}"')
 
 
-def _queue_of(world: World) -> "CollisionQueue | ExactQueue":
+def _queue_of(world: World) -> "CollisionQueue | ExactQueue | AnalyticQueue":
     if world.scene.collisions.rule == "exact":
         from comotion_server.exact_queue import ExactQueue
 
         return ExactQueue(world)
+    if world.scene.collisions.rule == "paper-analytic":
+        from comotion_server.paper_analytic import AnalyticQueue
+
+        return AnalyticQueue(world)
     from comotion_server.collision_queue import CollisionQueue
 
     return CollisionQueue(world)

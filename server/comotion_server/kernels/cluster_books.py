@@ -11,7 +11,7 @@ from comotion_server.kernels.cluster_rows import arm_to_middle
 from comotion_server.kernels.flight import SPIN_FREE
 from comotion_server.kernels.impact_cluster import LOST, WORK
 from comotion_server.kernels.jit import jit, lean_jit
-from comotion_server.kernels.vectors import cross, row, scaled, sub
+from comotion_server.kernels.vectors import cross, lever, row, scaled, sub
 
 
 @lean_jit
@@ -31,7 +31,7 @@ def _taken_up(bodies, i, x, arm, J, c, ledger):
     """Adds what impulse J at `arm` from the centre of body i gives to what it carries."""
     if not bodies.reacts[i]:
         return
-    W, spin, turn = row(bodies.inverse_mass, i), bodies.spin[i], cross(arm, J)
+    W, spin, turn = row(bodies.inverse_mass, i), bodies.spin[i], lever(arm, J)
     p = (J[0] if W[0] > 0.0 else 0.0, J[1] if W[1] > 0.0 else 0.0, J[2] if W[2] > 0.0 else 0.0)
     m = cross(sub(row(x, i), c), p)
     for k in range(3):

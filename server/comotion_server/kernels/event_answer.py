@@ -25,17 +25,15 @@ def opening_speed(scene, contacts, i):
 
 @lean_jit
 def note_impacts(queue, scene):
-    """A row of the log for each contact point that took part, and the sums and memory of the pairs."""
+    """A row of the log for each contact point that took part, and the memory of the pairs."""
     cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.now[0]
     contacts, report = cluster.contacts, cluster.report
     count = log.total[ROWS]
     for i in range(cluster.size[CONTACTS]):
         k, J = cluster.pair[i], row(cluster.impulse, i)
-        pairs.impulse[k] = add(row(pairs.impulse, k), J)
         opening = opening_speed(scene, contacts, i)
         again = pairs.hit_time[k] == time
         pairs.hit_speed[k] = max(opening, pairs.hit_speed[k] if again else 0.0)
-        pairs.hits[k] += 0 if again else 1
         pairs.hit_time[k] = time
         approach = report.approach[i]
         if approach <= 0.0 and length(J) == 0.0:

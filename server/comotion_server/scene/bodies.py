@@ -66,7 +66,7 @@ class BodyMaker:
         if solid is None or motion is None or not self._room(member_count(table.place), solid, keys):
             return
         try:
-            positions, quaternions = member_poses(table.place, _unit(table.quaternion), solid.vertices, self.folder)
+            positions, quaternions = member_poses(table.place, _unit(table.quaternion), solid.outline, self.folder)
         except PlacementError as error:
             self.problems.add((*keys, "place", "random"), str(error))
             return

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Locks = tuple[bool, bool, bool, bool, bool, bool]
-Rule = Literal["exact", "paper", "paper-advance"]
+Rule = Literal["exact", "paper", "paper-advance", "paper-analytic"]
 
 BY_RULE: Any = None
 """Stands for the value that a rule takes unless told otherwise."""
@@ -69,6 +69,36 @@ class Plane:
     normal: Floats
 
 
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about the body's origin.
+
+    Attributes:
+        radius: [m].
+    """
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Pipe:
+    """A straight pipe about the body's origin.
+
+    Attributes:
+        inner_radius: of the bore [m].
+        outer_radius: [m].
+        length: of the bore [m].
+        axis: 0, 1 or 2: which axis of the body it lies along.
+        caps: whether its ends are closed.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    length: float
+    axis: int = 2
+    caps: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """One rigid body at time 0.
@@ -92,7 +122,7 @@ class Body:
     motion: Free | Fixed | Prescribed
     mass: float
     inertia: Floats
-    shape: TriangleMesh | Plane
+    shape: TriangleMesh | Plane | Sphere | Pipe
     position: Floats = field(default_factory=lambda: np.zeros(3))
     quaternion: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
@@ -104,10 +134,10 @@ class Body:
         """Its surface mesh.
 
         Raises:
-            TypeError: it is a plane, which has none.
+            TypeError: it has none, as a plane or a sphere.
         """
-        if isinstance(self.shape, Plane):
-            raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
+        if isinstance(self.shape, Plane | Sphere | Pipe):
+            raise TypeError(f'body "{self.name}" is a {type(self.shape).__name__.lower()}: it has no mesh')
         return self.shape
 
 
@@ -117,7 +147,7 @@ class Collisions:
 
     Attributes:
         rule: exact contact times and clusters of contacts; or the paper's queue to the letter, or read the other way:
-            advance, then respond (P9, P10).
+            advance, then respond (P9, P10); or its queue for analytic bodies (P19).
         restitution: where no pair of materials says otherwise (P11).
         friction: Coulomb's coefficient, likewise; rule `exact`.
         simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
@@ -151,7 +181,8 @@ class Collisions:
 
     def __post_init__(self) -> None:
         exact = self.rule == "exact"
-        for name, value in (("parallel", "patch" if exact else "paper"), ("tolerance", 1e-9 if exact else 1e-6)):
+        level = {"exact": "patch", "paper-analytic": "off"}.get(self.rule, "paper")
+        for name, value in (("parallel", level), ("tolerance", 1e-9 if exact else 1e-6)):
             if getattr(self, name) is BY_RULE:
                 object.__setattr__(self, name, value)
 
@@ -198,6 +229,6 @@ class Scene:
         """Bodies of each region, both in the order of their names; planes have no surface to exchange."""
         members: dict[str, list[Body]] = {}
         for body in self.bodies:
-            if not isinstance(body.shape, Plane):
+            if not isinstance(body.shape, Plane | Sphere | Pipe):
                 members.setdefault(body.region, []).append(body)
         return {region: tuple(members[region]) for region in sorted(members)}

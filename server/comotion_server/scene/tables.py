@@ -103,8 +103,8 @@ class SceneTable(Table):
 class CollisionsTable(Table):
     """How collisions are found and answered."""
 
-    rule: Literal["exact", "paper", "paper-advance"] = "exact"
-    """Exact contact times; or the paper's queue to the letter, or read the other way: advance, then respond."""
+    rule: Literal["exact", "paper", "paper-advance", "paper-analytic"] = "exact"
+    """Exact contact times; or the paper's queue: to the letter, read the other way, or that for spheres."""
     restitution: Restitution = quantity("1", 0.3)
     """Coefficient of restitution: 1 elastic, 0 plastic; pairs of materials may say otherwise."""
     friction: Friction = quantity("1", 0.0)
@@ -167,6 +167,28 @@ class PlaneTable(Table):
     """Of the plane, world frame; a `position` takes its place."""
 
 
+class SphereTable(Table):
+    """A sphere about its centre."""
+
+    radius: float = quantity("m", **LENGTHS)
+    """Of the sphere."""
+
+
+class PipeTable(Table):
+    """A straight pipe about its centre: for fixed bodies, and prescribed ones that do not turn."""
+
+    inner_radius: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    outer_radius: float = quantity("m", **LENGTHS)
+    """Of the outer wall."""
+    length: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Along which it lies, body frame."""
+    caps: bool = False
+    """Whether both ends are closed."""
+
+
 class ShapeTable(Table):
     """Exactly one shape."""
 
@@ -178,6 +200,10 @@ class ShapeTable(Table):
     """A triangular prism."""
     plane: PlaneTable | None = None
     """A plane without end."""
+    sphere: SphereTable | None = None
+    """A sphere, exactly round."""
+    pipe: PipeTable | None = None
+    """A pipe, exactly round."""
 
 
 class MotionTable(Table):
@@ -207,7 +233,7 @@ class BodyKeys(Table):
     name: Name
     """Unique in the scene."""
     shape: ShapeTable
-    """The body's shape: exactly one of stl, box, prism, plane."""
+    """The body's shape: exactly one of stl, box, prism, plane, sphere, pipe."""
     region: Name | None = None
     """Region of geometry exchange that the vertices belong to; the name unless given."""
     motion: Motion = "free"
