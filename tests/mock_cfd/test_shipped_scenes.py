@@ -40,10 +40,10 @@ def clear(p, q):
 
 def test_names_and_paths():
     assert names() == (
-        *("bounce_mesh", "channel", "cradle_cubes", "drop", "float_box", "jam", "jam_1000"),
-        *("linked", "push", "staircase", "tumble"),
+        *("billiard", "bounce", "bounce_mesh", "channel", "cradle", "cradle_cubes", "drop", "elastic", "float_box"),
+        *("gas", "jam", "jam_1000", "linked", "pipe", "pipe_capped", "push", "ring", "staircase", "tumble"),
     )
-    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are bounce_mesh, channel, cradle_cubes"):
+    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are billiard, bounce, bounce_mesh, channel"):
         path_of("tank")
 
 

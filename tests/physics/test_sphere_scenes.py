@@ -50,7 +50,9 @@ def test_a_cradle_hands_the_speed_on():
     speeds = dict(zip(simulation.bodies.names, simulation.bodies.velocity[:, 0], strict=True))
     np.testing.assert_allclose([speeds[f"ball-{k:03d}"] for k in (1, 2, 3, 4)], [0, 0, 0, 1], atol=1e-15)
     assert speeds["striker"] == pytest.approx(0.0, abs=1e-15)
-    assert {impact.time for impact in impacts} == {pytest.approx(0.375, abs=1e-8)}  # the balls are put delta / 2 apart
+    times = {impact.time for impact in impacts}  # the balls are put delta / 2 apart, or were by rounding
+    assert len(times) == 1
+    assert times.pop() == pytest.approx(0.375, abs=1e-8)
 
 
 def test_the_billiard_knows_pi():
