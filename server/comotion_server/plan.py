@@ -130,8 +130,8 @@ def _queue_of(world: World) -> "CollisionQueue | ExactQueue | AnalyticQueue":
 
 
 def _build_collisions(world: World) -> Action:
-    if world.scene.collisions.merge:
-        return _build_merging(world)
+    if world.scene.collisions.merge or world.scene.collisions.heal != "off":
+        return _build_changing(world)
     queue = _queue_of(world)
     world.memories.append(queue)
 
@@ -145,15 +145,15 @@ def _build_collisions(world: World) -> Action:
     return collide
 
 
-def _build_merging(world: World) -> Action:
-    from comotion_server.merging import Merging
+def _build_changing(world: World) -> Action:
+    from comotion_server.changing_bodies import ChangingBodies
 
-    merging = Merging(world)
-    world.memories.append(merging)
+    changing = ChangingBodies(world)
+    world.memories.append(changing)
 
     def collide(step: Step) -> None:
         wrenches = step.wrenches.force, step.wrenches.moment
-        step.collisions = merging.step(step.time, step.duration, *wrenches, drifting=step.drifting)
+        step.collisions = changing.step(step.time, step.duration, *wrenches, drifting=step.drifting)
 
     return collide
 
@@ -162,6 +162,13 @@ def _decide_merging(scene: Scene) -> Decision:
     if not scene.collisions.merge or not _decide_collisions(scene).kept:
         return Decision(kept=False, reason="merge = false" if not scene.collisions.merge else "nothing collides")
     return Decision(kept=True, reason="bodies that meet with restitution 0 become one (P11)")
+
+
+def _decide_healing(scene: Scene) -> Decision:
+    if scene.collisions.heal == "off" or not _decide_collisions(scene).kept:
+        return Decision(kept=False, reason='heal = "off"' if scene.collisions.heal == "off" else "nothing collides")
+    count = sum(body.scalable for body in _free_bodies(scene))
+    return Decision(kept=True, reason=f"{_plural(count, 'body', 'bodies')} may be scaled down where pinched (P16)")
 
 
 def _decide_parallel(scene: Scene) -> Decision:
@@ -205,6 +212,7 @@ STAGES = (
     Stage("take off", _decide_take_off, _build_take_off),
     Stage("collisions", _decide_collisions, _build_collisions),
     Stage("merging", _decide_merging),
+    Stage("healing", _decide_healing),
     Stage("parallel contacts", _decide_parallel),
     Stage("free flight", _decide_free_flight, _build_free_flight),
     Stage("place vertices", _decide_vertices),

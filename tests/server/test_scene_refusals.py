@@ -141,7 +141,7 @@ restitution = 1.5
         ('mass = 1\nregion = "a/b"', ".region: must be made of letters, digits and _ . + -"),
         ('mass = 1\nmaterial = ""', ".material: must be made of letters"),
         ("mass = 1\nframe = { scale = 1.02 }", ".frame: unknown key 'frame'"),
-        ("mass = 1\nscalable = true", ".scalable: unknown key 'scalable'"),
+        ("mass = 1\nsoft = true", ".soft: unknown key 'soft'"),
     ],
 )
 def test_bodies(refused, keys, expected):
@@ -195,7 +195,7 @@ def test_shapes(refused, shape, expected):
             HEAD + "[collisions]\nsubsteps = 1.5\n" + BODY + "mass = 1",
             "collisions.substeps: must be a whole number; got 1.5",
         ),
-        (HEAD + "[collisions]\nheal = true\n" + BODY + "mass = 1", "collisions.heal: unknown key 'heal'"),
+        (HEAD + "[collisions]\nwarm = true\n" + BODY + "mass = 1", "collisions.warm: unknown key 'warm'"),
         (HEAD + "fluid = 3\n" + BODY + "mass = 1", "scene.fluid: unknown key 'fluid'"),
         ("fluid = 3\n" + HEAD + BODY + "mass = 1", "scene.toml:1: fluid: must be a table; got 3"),
         (

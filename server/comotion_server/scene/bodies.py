@@ -106,6 +106,7 @@ class BodyMaker:
             velocity=velocity,
             angular_velocity=angular_velocity,
             material=table.material,
+            scalable=table.scalable,
         )
         self.made.append(MadeBody(body, solid, keys))
 

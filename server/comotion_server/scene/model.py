@@ -93,6 +93,7 @@ class Body:
         velocity: of the centre of mass [m/s], shape (3,), world frame.
         angular_velocity: [rad/s], shape (3,), world frame.
         material: what `[[material]]` pairs refer to, if anything.
+        scalable: whether healing may scale it (P16).
     """
 
     name: str
@@ -106,6 +107,7 @@ class Body:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     material: str | None = None
+    scalable: bool = True
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -129,6 +131,9 @@ class Collisions:
         restitution: where no pair of materials says otherwise (P11).
         friction: Coulomb's coefficient, likewise; rule `exact`.
         simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
+        heal: what is pinched is scaled down: mass and inertia with it ("wear"), the geometry alone, or not (P16).
+        scale_min: least scale that healing may come to.
+        depth_min: least overlap that healing clears twice [m].
         merge: bodies that meet with restitution 0 become one (P11); rule `exact`.
         parallel: what carries the torque of level contacts: the whole patch (rule `exact`), the paper's criteria (P12;
             its rules), or nothing but the closest point.
@@ -147,6 +152,9 @@ class Collisions:
     friction: float = 0.0
     simultaneous: Literal["together", "sequential"] = "together"
     merge: bool = False
+    heal: Literal["wear", "geometry-only", "off"] = "off"
+    scale_min: float = 0.5
+    depth_min: float = 1e-5
     parallel: Literal["patch", "paper", "off"] = BY_RULE
     patch_angle: float = 1e-6
     substeps: int = 2

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 Found = tuple[tuple[str, ...], str]
-FREE_ONLY = ("locked", "reacts", "thrust")
+FREE_ONLY = ("locked", "reacts", "thrust", "scalable")
 VELOCITIES = ("velocity", "angular_velocity")
 SHAPES = ("stl", "box", "prism", "plane", "sphere", "capsule", "cylinder", "pipe")
 NO_MESH = ("plane", "sphere", "capsule", "cylinder", "pipe")

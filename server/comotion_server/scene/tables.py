@@ -114,6 +114,12 @@ class CollisionsTable(Table):
     """Coulomb's coefficient; pairs of materials may say otherwise. Rule `exact` only."""
     simultaneous: Literal["together", "sequential"] = "together"
     """Contacts at the same time are answered as one problem, or one after the other. Rule `exact` only."""
+    heal: Literal["wear", "geometry-only", "off"] = "off"
+    """Bodies that are pinched are scaled down, and their mass and inertia with them; the geometry alone; or not."""
+    scale_min: Annotated[float, Field(gt=0, le=1)] = quantity("1", 0.5)
+    """Least scale that healing may come to; bodies that would need less are blocked."""
+    depth_min: float = quantity("m", 1e-5, gt=0)
+    """Least overlap: healing clears twice that, or twice the overlap there is or would be in the step."""
     merge: bool = False
     """Bodies that meet with restitution 0 become one, but for those that move as told. Rule `exact` only."""
     parallel: Literal["patch", "paper", "off"] | None = None
@@ -295,6 +301,8 @@ class BodyKeys(Table):
     """Whether impacts change its motion; free bodies only."""
     thrust: Vector = quantity("N", [0.0, 0.0, 0.0])
     """Constant force at the centre of mass, world frame; free bodies only."""
+    scalable: bool = True
+    """Whether healing may scale it down; free bodies only."""
 
 
 class BodyTable(BodyKeys):
