@@ -37,7 +37,7 @@ class Region:
     @cached_property
     def _meshes(self) -> tuple[TriangleMesh, ...]:
         """Of the bodies; round shapes get theirs when vertices are first asked for, and forces may come as wrenches."""
-        return tuple(body.mesh for body in self._members)
+        return tuple(body.surface for body in self._members)
 
     @cached_property
     def count(self) -> NDArray[np.int64]:

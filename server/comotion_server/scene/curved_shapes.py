@@ -6,6 +6,7 @@ with that shape.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -23,7 +24,7 @@ RESOLUTION = 16
 """Vertices around a shape unless told otherwise: its volume in triangles is a few per cent short."""
 
 
-class Curved:
+class Curved(ABC):
     """What all of them have in common."""
 
     resolution: int
@@ -35,37 +36,37 @@ class Curved:
         return type(self).__name__.lower()
 
     @property
+    @abstractmethod
     def label(self) -> str:
         """What a report calls it."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def radius_about_centre(self) -> float:
         """Of the sphere about the centre that holds it [m]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def volume(self) -> float:
         """[m3]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def squared_radii(self) -> tuple[float, float]:
         """Moments of inertia over mass, about the axis and across it [m2]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def half_extents(self) -> tuple[float, float]:
         """Half of what it covers, along the axis and across it [m]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def profiles(self) -> tuple[Floats, ...]:
         """Lines (k, 2) of points (z, rho) [m] that give its surface as they turn about the axis, outside to the left.
 
         A line begins and ends on the axis, or where it began.
         """
-        raise NotImplementedError
 
     @property
     def inertia(self) -> Floats:

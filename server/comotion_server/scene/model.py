@@ -111,14 +111,23 @@ class Body:
 
     @property
     def mesh(self) -> TriangleMesh:
-        """Its surface mesh; of a round shape one that is made for this (docs/shapes.md).
+        """The surface mesh that it is.
+
+        Raises:
+            TypeError: it is a plane, or exactly round.
+        """
+        if isinstance(self.shape, Plane | Curved):
+            raise TypeError(f'body "{self.name}" is a {type(self.shape).__name__.lower()}: it has no mesh')
+        return self.shape
+
+    @property
+    def surface(self) -> TriangleMesh:
+        """The triangles that a client gets: its mesh, or of a round shape one that is made for this (docs/shapes.md).
 
         Raises:
             TypeError: it is a plane, which has none.
         """
-        if isinstance(self.shape, Plane):
-            raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
-        return self.shape.mesh if isinstance(self.shape, Curved) else self.shape
+        return self.shape.mesh if isinstance(self.shape, Curved) else self.mesh
 
 
 @dataclass(frozen=True)

@@ -88,8 +88,8 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
         RegionReport(
             name,
             len(bodies),
-            sum(len(body.mesh.vertices) for body in bodies),
-            sum(len(body.mesh.triangles) for body in bodies),
+            sum(len(body.surface.vertices) for body in bodies),
+            sum(len(body.surface.triangles) for body in bodies),
         )
         for name, bodies in scene.regions.items()
     )
@@ -110,8 +110,8 @@ def _body_report(made: MadeBody) -> BodyReport:
         volume=None if np.isnan(solid.volume) else solid.volume,
         position=_triple(body.position),
         size=None if isinstance(body.shape, Plane) else _size(body.shape),
-        vertices=0 if isinstance(body.shape, Plane) else len(body.mesh.vertices),
-        triangles=0 if isinstance(body.shape, Plane) else len(body.mesh.triangles),
+        vertices=0 if isinstance(body.shape, Plane) else len(body.surface.vertices),
+        triangles=0 if isinstance(body.shape, Plane) else len(body.surface.triangles),
         health=solid.health,
         notes=_notes(made),
     )

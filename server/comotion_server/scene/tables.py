@@ -309,7 +309,7 @@ class BodyTable(BodyKeys):
     """A rigid body."""
 
     position: Vector | None = quantity("m", None)
-    """Centre of mass, world frame; where the mesh file puts it unless given, the origin for box and prism."""
+    """Centre of mass, world frame; where the mesh file puts it unless given, the origin for other shapes."""
 
 
 class GridTable(Table):
