@@ -110,11 +110,11 @@ def least(f, lo, hi, samples):
     """The least value of a function: the best of a grid, and of golden sections about its low points."""
     grid = [lo + (hi - lo) * mp.mpf(k) / samples for k in range(samples + 1)]
     values = [f(t) for t in grid]
-    order = sorted(range(samples + 1), key=values.__getitem__)[:6]
+    order = sorted(range(samples + 1), key=values.__getitem__)[:4]
     best = min(values)
     for k in order:
         a, b = grid[max(k - 1, 0)], grid[min(k + 1, samples)]
-        for _ in range(90):
+        for _ in range(75):
             c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             if f(c) <= f(d):
                 b = d

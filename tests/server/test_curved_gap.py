@@ -175,7 +175,7 @@ def test_a_capsule_through_the_wall_overlaps():
 
 def test_cylinders_in_a_closed_pipe():
     rng = np.random.default_rng(3)
-    for _ in range(6):
+    for _ in range(3):
         pipe = at_random(rng, PIPE, 1.0, CLOSED)
         inside = Posed(CYLINDER, (0.2, 0.3, 0, 0), Z, pipe.x + 0.15 * rng.normal(size=3), NO_TURN)
         distance = ask(pipe, inside)[0]
@@ -207,3 +207,38 @@ def test_swapped_and_mirrored_the_distance_is_the_same_number():
             a, b = at_random(rng, kind_a, 1.0, size_a), at_random(rng, kind_b, 1.0, size_b)
             seen = [Posed(c.kind, c.size, c.axis, mirror * c.x, np.diag(mirror) @ c.R) for c in (a, b)]
             assert ask(b, a)[0] == ask(a, b)[0] == ask(*seen)[0]
+
+
+RIMS = 1e-12  # of the size: what the normal of two rims with tangents all but parallel can show, the gap tiny as well
+
+
+def test_slender_flat_large_and_small_bodies_all_but_aligned():
+    """Lengths over three decades, angles and gaps down to rounding: where formulas meet their ends."""
+    rng, done = np.random.default_rng(5), 0
+    straight = [np.array(d) for d in ([0.0, 0, 1], [1.0, 0, 0], [1.0, 1, 0], [1.0, 0, 1])]
+    turns = [
+        Rotation.identity(),
+        Rotation.from_euler("x", 90, degrees=True),
+        Rotation.from_euler("y", 180, degrees=True),
+    ]
+    while done < 400:
+        kinds = rng.choice([SPHERE, CAPSULE, CYLINDER], 2).tolist()
+        sizes = [(*(10.0 ** rng.uniform(-2, 1, 2)), 0.0, 0.0) for _ in kinds]
+        common, tilt = (
+            Rotation.random(random_state=rng),
+            Rotation.from_rotvec(10.0 ** -rng.uniform(0, 17) * rng.normal(size=3)),
+        )
+        way = straight[rng.integers(4)] + 10.0 ** -rng.uniform(0, 17) * rng.normal(size=3)
+        a = Posed(kinds[0], sizes[0], Z, rng.normal(size=3), common.as_matrix())
+        x = a.x + common.apply(way) / np.linalg.norm(way) * rng.uniform(0.5, 2.0) * (sum(sizes[0]) + sum(sizes[1]))
+        b = Posed(kinds[1], sizes[1], Z, x, (common * turns[rng.integers(3)] * tilt).as_matrix())
+        distance, _, _, n = ask(a, b)
+        if rng.random() < 0.7 and distance > 0.0:
+            b = Posed(b.kind, b.size, b.axis, b.x - (distance - 10.0 ** -rng.uniform(1, 16)) * n, b.R)
+        distance, p, q, n = ask(a, b)
+        if distance <= 0.0:
+            continue
+        lower, upper = bounds(a, b, p, q, n)
+        assert abs(upper - distance) <= ROUNDING * extent(a, b), (a, b)
+        assert lower >= distance - (RIMS if kinds == [CYLINDER, CYLINDER] else ROUNDING) * extent(a, b), (a, b)
+        done += 1

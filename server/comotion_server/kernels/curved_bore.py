@@ -22,6 +22,7 @@ from comotion_server.kernels.curved_points import (
     cavity_depth,
     cylinder_distance,
     is_in_bore,
+    part_across,
     pipe_distance,
     profile,
     some_perpendicular,
@@ -161,7 +162,7 @@ def farthest_of_rim(u, c, r, v):
     Across u the circle is an ellipse with the half axes r, along u x v, and r |u . v|; the point lies in the quadrant
     that its middle lies in, where (its slope over sin cos) only falls.
     """
-    e1 = unit(cross(u, v))
+    e1 = unit(part_across(cross(u, v), v))
     if e1 == ZERO:
         _, _, outward = profile(u, c)
         return along(c, r, outward if outward != ZERO else some_perpendicular(u))

@@ -19,7 +19,7 @@ planes, and a cylinder with an open pipe.
 from math import inf
 
 from comotion_server.kernels.curved_bore import cylinder_in_bore, pipe_segment
-from comotion_server.kernels.curved_cores import round_gap
+from comotion_server.kernels.curved_cores import round_gap, square_to
 from comotion_server.kernels.curved_cylinders import closest_of_cylinders, cylinders_normal, way_apart
 from comotion_server.kernels.curved_kinds import (
     CAPS,
@@ -84,6 +84,7 @@ def _round_and_cylinder(r, M, r_b, h_b, u_b, D):
     t = lowest_on_segment(r_b, h_b, u_b, P, M, -1.0, 1.0)
     p = scaled(M, t)
     far, n = cylinder_distance(r_b, h_b, u_b, sub(p, D))
+    n = square_to(n, M, t)
     return far - r, along(p, -r, n), along(p, -far, n), scaled(n, -1.0)
 
 
