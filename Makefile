@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test lint bench report clean
+.PHONY: run test lint bench report docs clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/.run            ## the ice channel: server and mock CFD client over zenoh on loopback
@@ -24,6 +24,13 @@ bench: $(VENV)/.peers          ## figures that depend on the machine, each besid
 
 report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
 	$(BIN)/comotion plan float_box drop channel
+
+docs: $(VENV)/.docs          ## the pages as a site in out/docs; warnings, and so broken links, are errors
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
+
+$(VENV)/.docs: $(VENV)/.dev
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	touch $@
 
 $(VENV)/.run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

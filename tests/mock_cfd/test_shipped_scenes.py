@@ -40,10 +40,21 @@ def clear(p, q):
 
 def test_names_and_paths():
     assert names() == (
-        *("billiard", "bounce", "bounce_mesh", "channel", "cradle", "cradle_cubes", "drop", "elastic", "float_box"),
+        *(
+            "billiard",
+            "blockage",
+            "bounce",
+            "bounce_mesh",
+            "channel",
+            "cradle",
+            "cradle_cubes",
+            "drop",
+            "elastic",
+            "float_box",
+        ),
         *("gas", "jam", "jam_1000", "linked", "pipe", "pipe_capped", "push", "ring", "staircase", "tumble"),
     )
-    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are billiard, bounce, bounce_mesh, channel"):
+    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are billiard, blockage, bounce, bounce_mesh"):
         path_of("tank")
 
 

@@ -4,13 +4,11 @@ What fixed, prescribed, locked or non-reacting bodies take is external: only the
 directions take up counts. Legend: as in `books`; ledger (7,): momentum, angular momentum about a point c, energy.
 """
 
-import numpy as np
-
 from comotion_server.kernels.books import carried, errors, size_of
 from comotion_server.kernels.cluster_rows import arm_to_middle
 from comotion_server.kernels.flight import SPIN_FREE
 from comotion_server.kernels.impact_cluster import LOST, WORK
-from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import cross, lever, row, scaled, sub
 
 
@@ -50,10 +48,9 @@ def given_by(bodies, contacts, count, x, impulse, book, c, ledger):
     ledger[6] = book[WORK] - book[LOST]
 
 
-@jit
-def audit(before, after, given, scale, worst):
-    """Relative errors of the balance; worst (3,) keeps the largest ever."""
-    found = np.empty(3)
+@lean_jit
+def audit(before, after, given, scale, found, worst):
+    """Relative errors of the balance, to found (3,); worst (3,) keeps the largest ever."""
     for k in range(3):
         scale[k] = max(scale[k], 1e-300)
     errors(before, after, given, scale, found)

@@ -1,13 +1,11 @@
 """What happens at a hit: the contact points of the cluster, the answer of the law, and what is written down of it."""
 
-import numpy as np
-
 from comotion_server.kernels.cluster_books import audit, carried_by, given_by
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS
 from comotion_server.kernels.impact_cluster import BLOCKED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
-from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.time_of_impact import CLOSING
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
 
@@ -82,14 +80,15 @@ def contacts_of(queue, scene, rules):
     return True
 
 
-@jit
+@lean_jit
 def answer(queue, scene, rules):
     """Let the law answer the cluster; write down what happened. The law's status."""
     cluster, bodies = queue.cluster, scene.bodies
     contacts, count = cluster.contacts, cluster.size[CONTACTS]
     members = cluster.bodies[: cluster.size[BODIES]]
     point = add(row(scene.x, contacts.bodies[0, 1]), row(contacts.arm_b, 0))
-    before, after, given, scale = np.empty(7), np.empty(7), np.empty(7), np.zeros(3)
+    before, after, given, scale = cluster.ledgers[0], cluster.ledgers[1], cluster.ledgers[2], cluster.ledgers[3]
+    scale[:] = 0.0
     state = (scene.x, scene.v, scene.L, scene.w)
     carried_by(bodies, members, *state, point, before, scale)
     parts = (cluster.restitution, cluster.friction, rules.law)
@@ -100,6 +99,6 @@ def answer(queue, scene, rules):
         return status
     carried_by(bodies, members, *state, point, after, scale)
     given_by(bodies, contacts, count, scene.x, cluster.impulse, cluster.report.book, point, given)
-    audit(before, after, given, scale, queue.log.books)
+    audit(before, after, given, scale, cluster.ledgers[4], queue.log.books)
     note_impacts(queue, scene)
     return status

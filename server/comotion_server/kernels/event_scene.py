@@ -64,6 +64,7 @@ class Gathered(NamedTuple):
     friction: np.ndarray  # (c,)
     impulse: np.ndarray  # (c,3) on b [N s]
     report: Report
+    ledgers: np.ndarray  # (5,7) work space of the books
     size: np.ndarray  # (3,) int64 how many bodies, pairs, contacts
     body_tick: np.ndarray  # (n,) int64 the cluster that a body was gathered to last
     pair_tick: np.ndarray  # (p,) int64 the cluster for which a pair was looked at last
@@ -111,6 +112,7 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         np.empty(contact_capacity),
         np.zeros((contact_capacity, 3)),
         new_report(contact_capacity),
+        np.zeros((5, 7)),
         np.zeros(3, np.int64),
         np.zeros(n, np.int64),
         np.zeros(pair_capacity, np.int64),

@@ -178,11 +178,11 @@ def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
         return
     for below, message in collisions_rules(collisions):
         problems.add(("collisions", *below), message)
-    if collisions.get("merge") is True:
+    if collisions.get("merge") is True or collisions.get("heal", "off") != "off":
         for kind in ("body", "array"):
             for index, table in _tables(raw, kind):
                 if isinstance(shape := table.get("shape"), dict) and "sphere" in shape:
-                    problems.add((kind, index, "shape", "sphere"), "does not merge with others; 'merge' is for meshes")
+                    problems.add((kind, index, "shape", "sphere"), "'merge' and 'heal' are for meshes alone")
     if (rule := collisions.get("rule")) in PAPER_RULES:
         for kind in ("body", "array", "material"):
             for index, table in _tables(raw, kind):
