@@ -7,7 +7,7 @@ import pytest
 from curved_truth import CAPSULE, CYLINDER, PIPE, PLANE, SPHERE, Posed, bounds, pipe_and_rims, pipe_and_round
 from scipy.spatial.transform import Rotation
 
-from comotion_server.kernels.curved_gap import curved_gap
+from comotion_server.kernels.curved_gap import curved_gap, is_known
 
 ROUNDING = 1e-14  # of the size of what is measured: what the distances are to be right to
 Z, NO_TURN = (0.0, 0.0, 1.0), np.eye(3)
@@ -98,6 +98,17 @@ def test_poses_in_which_directions_vanish(kind_a, kind_b, x, R):
     if ask(a, b)[0] > 0.0 or CYLINDER not in (kind_a, kind_b):
         assert_proven(a, b)
     assert ask(b, a)[0] == ask(a, b)[0]
+
+
+def test_two_planes_and_a_cylinder_with_an_open_pipe_have_no_answer():
+    shapes = [*SIZES.items(), (PIPE, OPEN), (PIPE, CLOSED)]
+    unknown = {
+        (a, b)
+        for (a, size_a), (b, size_b) in itertools.product(shapes, repeat=2)
+        if not is_known(a, np.array(size_a), b, np.array(size_b))
+    }
+    assert unknown == {(PLANE, PLANE), (CYLINDER, PIPE), (PIPE, CYLINDER)}
+    assert is_known(CYLINDER, np.array(SIZES[CYLINDER]), PIPE, np.array(CLOSED))
 
 
 def test_known_distances():
