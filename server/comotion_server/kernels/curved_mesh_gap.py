@@ -36,7 +36,7 @@ def _seen_from(m, shape, kind, size, u, C):
 
 
 @lean_jit
-def _box_bound(m, node, kind, size, u, C):
+def box_bound(m, node, kind, size, u, C):
     """A lower bound of the distance of the triangles below a node."""
     P = sub(row(m.centre, node), C)
     axes, half = m.axes[node], row(m.half, node)
@@ -75,7 +75,7 @@ def _walk(m, shape, kind, size, u, C, reach, witness, nodes, gaps):
             for k in range(m.first[node], m.first[node] + m.entries[node]):
                 best = _nearer(best, m, m.leaf_triangles[k], kind, size, u, C)
             continue
-        one, other = _box_bound(m, child, kind, size, u, C), _box_bound(m, child + 1, kind, size, u, C)
+        one, other = box_bound(m, child, kind, size, u, C), box_bound(m, child + 1, kind, size, u, C)
         near, far, first = (one, other, child) if one <= other else (other, one, child + 1)
         nodes[height], gaps[height] = 2 * child + 1 - first, far
         nodes[height + 1], gaps[height + 1] = first, near
