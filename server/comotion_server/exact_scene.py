@@ -33,8 +33,8 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
     """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
-    if meshes and any(isinstance(shape, Curved) for shape in shapes):
-        raise TypeError("round shapes among meshes: not in this version")
+    if meshes and any(isinstance(shape, Curved) and not isinstance(shape, Sphere) for shape in shapes):
+        raise TypeError("of the round shapes only spheres meet meshes in this version")
     arrays, numbers = _stored(meshes) if meshes else (None, iter(()))
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
@@ -52,7 +52,8 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
         else:
             raise TypeError(f"a {shape.kind} collides with nothing in this version")
-    return Solids(arrays, kind, number, normal, radius, near, size, axis)
+    mixed = meshes and any(isinstance(shape, Curved) for shape in shapes)
+    return Solids(arrays, kind, number, normal, radius, near, size, axis, np.zeros(count) if mixed else None)
 
 
 def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:

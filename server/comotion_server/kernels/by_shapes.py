@@ -6,17 +6,20 @@ from numba.extending import overload
 from comotion_server.kernels.jit import OPTIONS
 
 
-def by_shapes(with_meshes, without):
-    """A kernel with `solids` first: one of these two, by whether the scene has meshes.
+def by_shapes(flat, smooth, mixed):
+    """A kernel with `solids` first: one of these three, by what the scene has.
 
-    `Solids.meshes` is None where there are none, and None is a type of its own to numba.
+    flat: meshes and planes; smooth: no meshes; mixed: round shapes whose contact times have no closed form, or which
+    stand beside meshes. `Solids.meshes` and `Solids.core` are None where there are none, a type of its own to numba.
     """
 
     def chosen(solids, *rest):
-        return (without if solids.meshes is None else with_meshes)(solids, *rest)
+        kernel = mixed if solids.core is not None else smooth if solids.meshes is None else flat
+        return kernel(solids, *rest)
 
     def choose(solids, *_):
-        kernel = without if isinstance(solids[solids.fields.index("meshes")], types.NoneType) else with_meshes
+        lacks = [isinstance(solids[solids.fields.index(name)], types.NoneType) for name in ("core", "meshes")]
+        kernel = mixed if not lacks[0] else smooth if lacks[1] else flat
 
         def call(solids, *rest):
             return kernel(solids, *rest)

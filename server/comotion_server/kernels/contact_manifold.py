@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.ball_contact import ball_manifold
 from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_hull import PatchPoints, hull, lower_points, new_points, view_along
 from comotion_server.kernels.contact_normals import (
@@ -26,6 +27,7 @@ from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, work_space
 from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.smooth_contact import smooth_manifold
+from comotion_server.kernels.solid_impact import are_flat, round_gap
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
 from comotion_server.kernels.topology import FLAT
@@ -177,7 +179,15 @@ def _no_manifold(*_):
     return 0
 
 
-_other_manifold = by_shapes(_flat_manifold, _no_manifold)
+@jit
+def _mixed_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+    """`manifold` of any that are not smooth."""
+    if are_flat(solids, a, b):
+        return _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+    return ball_manifold(solids, a, b, x, R, reach, contacts, first, work)
+
+
+_other_manifold = by_shapes(_flat_manifold, _no_manifold, _mixed_manifold)
 
 
 @jit
@@ -223,7 +233,15 @@ def _no_gap(*_):
     return inf
 
 
-_other_gap = by_shapes(_flat_gap, _no_gap)
+@jit
+def _mixed_gap(solids, a, b, x, R, limit, witness, work):
+    """`gap_of_pair` of any that are not smooth."""
+    if are_flat(solids, a, b):
+        return _flat_gap(solids, a, b, x, R, limit, witness, work)
+    return round_gap(solids, a, b, x, R, limit, witness, work.walk)[0]
+
+
+_other_gap = by_shapes(_flat_gap, _no_gap, _mixed_gap)
 
 
 @jit

@@ -14,6 +14,10 @@ CROSSING_B = 4  # the same in the plane of a face of b
 POINTS = 5  # a vertex on a vertex or on an edge, where no plane explains the gap; features as EDGES, a vertex with -1
 SMOOTH = 6  # a sphere on a sphere, a plane or a pipe; features: the part of the pipe, then -1
 
+BALL_FACE = 7  # a ball on a face of the other body; features: which ball of its body, triangle (-1: a plane)
+BALL_EDGE = 8  # a ball on an edge; features: which ball, both vertices of the edge, both triangles (-1: none) there
+BALL_CORNER = 9  # a ball on a corner; features: which ball, vertex
+
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 
 

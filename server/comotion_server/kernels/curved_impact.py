@@ -12,7 +12,7 @@ between. A step lasts until the first triangle of the mesh (or the whole frame, 
 the target by the better of two directions: that of the closest points, and the triangle's normal.
 """
 
-from math import hypot, inf
+from math import inf
 from typing import NamedTuple
 
 from comotion_server.kernels.curved_gap import curved_gap
@@ -24,7 +24,7 @@ from comotion_server.kernels.motion_bounds import relate, sphere_time, spins_ove
 from comotion_server.kernels.pair_impact import Touch, come_down
 from comotion_server.kernels.pair_window import QUERIES, STEPS
 from comotion_server.kernels.plane_impact import line_time
-from comotion_server.kernels.solids import CAPSULE, CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
+from comotion_server.kernels.solids import CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
 from comotion_server.kernels.time_of_impact import (
     LATER,
     MEETS,
@@ -61,6 +61,7 @@ class Course(NamedTuple):
     kind: int
     size: Vector  # of its lengths the first three [m]
     error: float  # [m/s2]
+    arm: float  # radius of the core about the centre [m]
     bend: float  # how large the second derivatives of points of the core may be [m/s2]
     speed: float  # no point moves faster than speed + growth s [m/s]
     growth: float
@@ -93,14 +94,6 @@ def frame_is_b(solids, a, b):
 def axis_of(solids, i):
     """Normal of a plane, axis of what is round; body frame."""
     return row(solids.normal if solids.kind[i] == PLANE else solids.axis, i)
-
-
-@lean_jit
-def core_radius(kind, size):
-    """Of the sphere about a core [m]."""
-    if kind == CAPSULE:
-        return size[HALF_LENGTH]
-    return hypot(size[RADIUS], size[HALF_LENGTH]) if kind == CYLINDER else 0.0
 
 
 @lean_jit
@@ -144,12 +137,12 @@ def _course(solids, frame, i, relative, spins, R, horizon):
     fastest = length(relative.velocity) + length(A) * horizon
     far = length(c) + fastest * horizon
     error = (change_f + 3.0 * rate_f * rate_f) * far + 2.0 * rate_f * fastest
-    arm = core_radius(kind, size)
+    arm = solids.core[i]
     bend = (change_f + change_g + rate_f * rate_g + rate * rate) * arm
     turn = sub(omega, phi)
     speed, growth = length(velocity) + length(turn) * arm, length(A) + error + bend
     lengths = (size[0], size[1], size[2])
-    return Course(c, velocity, A, turn, u, kind, lengths, error, bend, speed, growth, horizon)
+    return Course(c, velocity, A, turn, u, kind, lengths, error, arm, bend, speed, growth, horizon)
 
 
 @lean_jit
@@ -217,7 +210,7 @@ def _with_piece(step, course, n, gap, foot, slack, other, target, still):
         time = _time_along(course, n, gap, opening, target, step.time)
         if time < step.time and slack > WORTH * target:
             time = max(time, _time_along(course, other, slack, _slope(course, other), target, step.time))
-    extent = length(course.centre) + core_radius(course.kind, course.size) + course.size[RADIUS]
+    extent = length(course.centre) + course.arm + course.size[RADIUS]
     met = 1 if -opening > still and come_down(gap, target, extent) else 0
     time = min(time, step.time)
     if met > step.met or (met == step.met and gap < step.gap):

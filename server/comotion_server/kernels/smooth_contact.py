@@ -7,7 +7,7 @@ other body's, V its velocity against that body's centre, world; e axis.
 
 from math import inf
 
-from comotion_server.kernels.contacts import SMOOTH
+from comotion_server.kernels.contacts import BALL_CORNER, BALL_EDGE, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.pipe_impact import is_in_bore, pipe_gap
 from comotion_server.kernels.solids import CAPS, HALF, INNER, OUTER, PIPE, PLANE, RADIUS, SPHERE
@@ -33,8 +33,10 @@ def sphere_of(solids, a, b):
 @lean_jit
 def is_bent(solids, contacts, i):
     """Whether the normal of row i turns where the bodies slide on each other without turning."""
-    a, b = contacts.bodies[i, 0], contacts.bodies[i, 1]
-    return contacts.kind[i] == SMOOTH and solids.kind[a] != PLANE and solids.kind[b] != PLANE
+    a, b, kind = contacts.bodies[i, 0], contacts.bodies[i, 1], contacts.kind[i]
+    if kind in (BALL_EDGE, BALL_CORNER):
+        return True
+    return kind == SMOOTH and solids.kind[a] != PLANE and solids.kind[b] != PLANE
 
 
 @lean_jit

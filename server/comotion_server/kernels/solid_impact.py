@@ -1,15 +1,18 @@
 """The contact time of two bodies of any kinds of shapes."""
 
 from comotion_server.kernels.by_shapes import by_shapes
+from comotion_server.kernels.curved_gap import curved_gap
+from comotion_server.kernels.curved_impact import advance_curved, axis_of, frame_is_b
+from comotion_server.kernels.curved_mesh_gap import curved_mesh_gap
 from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.plane_impact import advance_plane
 from comotion_server.kernels.rotation import relative_rotation
-from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.solids import MESH, PLANE
 from comotion_server.kernels.sphere_impact import advance_smooth, are_smooth, has_closed_form, smooth_gap
 from comotion_server.kernels.time_of_impact import STALLS, advance, distance_left, note_distance
-from comotion_server.kernels.vectors import dot, rotated, rotated_back, row, sub
+from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, row, scaled, sub
 
 
 @lean_jit
@@ -33,7 +36,22 @@ def _advance_never(*_):
     return STALLS
 
 
-_advance_others = by_shapes(_advance_flat, _advance_never)
+@lean_jit
+def are_flat(solids, a, b):
+    """Whether both bodies are meshes or planes."""
+    return (solids.kind[a] == MESH or solids.kind[a] == PLANE) and (solids.kind[b] == MESH or solids.kind[b] == PLANE)
+
+
+@lean_jit
+def _advance_mixed(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
+    """`advance_pair` of any that have no closed form."""
+    limits = (end, key, tolerance, budget)
+    if are_flat(solids, a, b):
+        return _advance_flat(solids, flights, bodies, a, b, *limits, memory, witness, findings, work, counts)
+    return advance_curved(solids, flights, bodies, a, b, *limits, memory, witness, findings, work, counts)
+
+
+_advance_others = by_shapes(_advance_flat, _advance_never, _advance_mixed)
 
 
 @lean_jit
@@ -74,7 +92,31 @@ def _never_within(*_):
     return False
 
 
-_other_gap_within = by_shapes(_flat_gap_within, _never_within)
+@lean_jit
+def round_gap(solids, a, b, x, R, reach, witness, walk):
+    """(gap [m], normal from a to b, world) of a round shape and any other; exact below `reach` [m]."""
+    frame, i = (b, a) if frame_is_b(solids, a, b) else (a, b)
+    D, kind, size, u = sub(row(x, i), row(x, frame)), solids.kind[i], solids.size[i], row(solids.axis, i)
+    if solids.kind[frame] == MESH:
+        m, shape, room = solids.meshes, solids.shape[frame], (walk[0][:, 0], walk[1])
+        gap, _, _, n, witness[0] = curved_mesh_gap(
+            m, shape, ZERO, R[frame], kind, size, u, D, R[i], reach, witness[0], *room
+        )
+    else:
+        seen = (solids.kind[frame], solids.size[frame], axis_of(solids, frame), ZERO, R[frame])
+        gap, _, _, n = curved_gap(*seen, kind, size, u, D, R[i])
+    return gap, (scaled(n, -1.0) if frame == b else n)
+
+
+@lean_jit
+def _mixed_gap_within(solids, a, b, x, R, reach, memory, witness, work):
+    """`gap_within` of any that are not smooth."""
+    if are_flat(solids, a, b):
+        return _flat_gap_within(solids, a, b, x, R, reach, memory, witness, work)
+    return round_gap(solids, a, b, x, R, 2.0 * reach, witness, work.walk)[0] <= reach
+
+
+_other_gap_within = by_shapes(_flat_gap_within, _never_within, _mixed_gap_within)
 
 
 @lean_jit

@@ -48,3 +48,4 @@ class Solids(NamedTuple):
     near: np.ndarray  # (n,) distance from which pairs of triangles get times of their own [m]; inf for what is no mesh
     size: np.ndarray  # (n,4) lengths of a curved shape [m]
     axis: np.ndarray  # (n,3) of a capsule, cylinder or pipe: unit, body frame
+    core: np.ndarray | None = None  # (n,) radius about the centre of what a round shape is without its own radius [m]
