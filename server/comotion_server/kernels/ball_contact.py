@@ -65,7 +65,7 @@ def arm_of(solids, R, i, ball):
 
 
 @lean_jit
-def ground_is_b(solids, a, b):
+def ground_is_b(solids, b):
     """Whether b is the mesh or plane of a pair."""
     return solids.kind[b] == MESH or solids.kind[b] == PLANE
 
@@ -158,7 +158,7 @@ def _write(contacts, i, ground_b, arm, n, foot, far, r):
 def refresh_ball(solids, contacts, i, x, v, R, w):
     """`refresh` of a row of a ball on a face, edge or corner."""
     a, b = contacts.bodies[i, 0], contacts.bodies[i, 1]
-    ground_b = ground_is_b(solids, a, b)
+    ground_b = ground_is_b(solids, b)
     ball, ground = (a, b) if ground_b else (b, a)
     arm, spin, turn = arm_of(solids, R, ball, contacts.feature[i, 0]), row(w, ground), row(w, ball)
     D = add(sub(row(x, ball), row(x, ground)), arm)
@@ -174,7 +174,7 @@ def refresh_ball(solids, contacts, i, x, v, R, w):
 @lean_jit
 def _add_plane(solids, a, b, x, R, reach, contacts, first):
     """`manifold` of balls and a plane."""
-    ground_b = ground_is_b(solids, a, b)
+    ground_b = ground_is_b(solids, b)
     body, ground = (a, b) if ground_b else (b, a)
     n, count = rotated(R[ground], row(solids.normal, ground)), 0
     for ball in range(balls_of(solids, body)):
@@ -211,7 +211,7 @@ def _note(solids, a, b, ball, arm, R, C, t, P, n, nearest, contacts, first, coun
 
     C, P and n, unit, from P to the ball: in the frame of the ground. The nearest point of all is one in any case.
     """
-    ground_b = ground_is_b(solids, a, b)
+    ground_b = ground_is_b(solids, b)
     body, ground = (a, b) if ground_b else (b, a)
     m, r = solids.meshes, solids.size[body, RADIUS]
     feature, k = feature_at(m, solids.shape[ground], t, P)
@@ -251,7 +251,7 @@ def ball_manifold(solids, a, b, x, R, reach, contacts, first, work):
     """
     if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
         return _add_plane(solids, a, b, x, R, reach, contacts, first)
-    body, ground = (a, b) if ground_is_b(solids, a, b) else (b, a)
+    body, ground = (a, b) if ground_is_b(solids, b) else (b, a)
     m, size, nodes, gaps = solids.meshes, solids.size[body], work.walk[0][:, 0], work.walk[1]
     D, u, shape = sub(row(x, body), row(x, ground)), row(solids.axis, body), solids.shape[ground]
     C = rotated_back(R[ground], D)

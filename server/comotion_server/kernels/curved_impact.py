@@ -59,7 +59,7 @@ class Course(NamedTuple):
     turn: Vector  # [rad/s] of the core
     axis: Vector  # unit
     kind: int
-    size: Vector  # of its lengths the first three [m]
+    size: tuple[float, float, float, float]  # its lengths [m]
     error: float  # [m/s2]
     arm: float  # radius of the core about the centre [m]
     bend: float  # how large the second derivatives of points of the core may be [m/s2]
@@ -141,7 +141,7 @@ def _course(solids, frame, i, relative, spins, R, horizon):
     bend = (change_f + change_g + rate_f * rate_g + rate * rate) * arm
     turn = sub(omega, phi)
     speed, growth = length(velocity) + length(turn) * arm, length(A) + error + bend
-    lengths = (size[0], size[1], size[2])
+    lengths = (size[0], size[1], size[2], size[3])
     return Course(c, velocity, A, turn, u, kind, lengths, error, arm, bend, speed, growth, horizon)
 
 
@@ -298,7 +298,7 @@ def _gap_now(solids, frame, course, identity, witness, work):
 
 
 @lean_jit
-def _touch(step, course, swapped):
+def _touch(step, swapped):
     """`Touch` of the piece that is met, as seen from the pair's first body."""
     far = along(step.foot, step.gap, step.n)
     if swapped:
@@ -357,7 +357,7 @@ def advance_curved(
             return OVERLAPS if now == begin else STALLS
         moves = now + step.time > now
         if step.met == 1 or (not moves and step.gap <= tolerance and step.closing > still):
-            write_findings(states, _touch(step, course, swapped), now, findings)
+            write_findings(states, _touch(step, swapped), now, findings)
             return TOUCHES if now == begin else MEETS
         if not moves:
             return STALLS

@@ -1,10 +1,10 @@
 """The contact time of two bodies of any kinds of shapes."""
 
 from comotion_server.kernels.by_shapes import by_shapes
+from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.curved_gap import curved_gap
 from comotion_server.kernels.curved_impact import advance_curved, axis_of, frame_is_b
 from comotion_server.kernels.curved_mesh_gap import curved_mesh_gap
-from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.plane_impact import advance_plane
