@@ -11,9 +11,9 @@ from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.pair_window import new_work
-from comotion_server.kernels.solids import MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
-from comotion_server.meshes import TriangleMesh
-from comotion_server.scene import Curved, Pipe, Plane, Sphere
+from comotion_server.kernels.solids import CAPSULE, MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
+from comotion_server.meshes import TriangleMesh, box
+from comotion_server.scene import Capsule, Curved, Pipe, Plane, Sphere
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
 
@@ -33,9 +33,16 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
     """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
-    if meshes and any(isinstance(shape, Curved) and not isinstance(shape, Sphere) for shape in shapes):
+    curved = [shape for shape in shapes if isinstance(shape, Curved)]
+    capsules = any(isinstance(shape, Capsule) for shape in curved)
+    if meshes and not all(isinstance(shape, Sphere) for shape in curved):
         raise TypeError("of the round shapes only spheres meet meshes in this version")
-    arrays, numbers = _stored(meshes) if meshes else (None, iter(()))
+    if capsules and any(isinstance(shape, Pipe) for shape in curved):
+        raise TypeError("capsules and pipes do not meet in this version")
+    mixed = capsules or (len(meshes) > 0 and len(curved) > 0)
+    stored = meshes or ([box([1.0, 1.0, 1.0])] if mixed else [])  # a mixed scene is compiled for meshes
+    arrays, numbers = _stored(stored) if stored else (None, iter(()))
+    core = np.zeros(count) if mixed else None
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
     size, axis = np.zeros((count, 4)), np.zeros((count, 3))
@@ -46,14 +53,17 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             kind[i], normal[i] = PLANE, shape.normal
         elif isinstance(shape, Sphere):
             kind[i], radius[i], size[i, RADIUS] = SPHERE, shape.radius, shape.radius
+        elif isinstance(shape, Capsule) and core is not None:
+            core[i] = 0.5 * shape.length
+            kind[i], radius[i], size[i, :2] = CAPSULE, shape.radius + core[i], (shape.radius, core[i])
+            axis[i, shape.axis] = 1.0
         elif isinstance(shape, Pipe):
             half = 0.5 * shape.length
             kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
         else:
             raise TypeError(f"a {shape.kind} collides with nothing in this version")
-    mixed = meshes and any(isinstance(shape, Curved) for shape in shapes)
-    return Solids(arrays, kind, number, normal, radius, near, size, axis, np.zeros(count) if mixed else None)
+    return Solids(arrays, kind, number, normal, radius, near, size, axis, core)
 
 
 def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:

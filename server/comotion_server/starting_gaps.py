@@ -72,6 +72,9 @@ def _way_out(scene: Scene, a: int, b: int, gap: float, witness: NDArray[np.int64
     if are_smooth(solids, a, b):
         depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
         return np.array(normal), -depth
+    if not are_flat(solids, a, b):
+        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, work_space())
+        return np.array(normal), -depth
     for plane, sign in ((a, 1.0), (b, -1.0)):
         if solids.kind[plane] == PLANE:
             return sign * scene.R[plane] @ solids.normal[plane], max(-gap, 0.0)

@@ -22,6 +22,7 @@ from comotion_server.kernels.contact_pairs import new_pairs, touching_pairs, tre
 from comotion_server.kernels.contact_patch import Rules, patch_points
 from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
+from comotion_server.kernels.core_contact import are_cores, core_manifold
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, work_space
@@ -184,6 +185,8 @@ def _mixed_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, wo
     """`manifold` of any that are not smooth."""
     if are_flat(solids, a, b):
         return _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+    if are_cores(solids, a, b):
+        return core_manifold(solids, a, b, x, R, reach, contacts, first)
     return ball_manifold(solids, a, b, x, R, reach, contacts, first, work)
 
 

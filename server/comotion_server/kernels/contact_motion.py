@@ -15,7 +15,8 @@ from comotion_server.kernels.ball_contact import refresh_ball
 from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
 from comotion_server.kernels.contact_overlap import crossing, foot
-from comotion_server.kernels.contacts import BALL_FACE, CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS, SMOOTH
+from comotion_server.kernels.core_contact import refresh_cores
+from comotion_server.kernels.contacts import BALL_FACE, CORES, CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
 from comotion_server.kernels.smooth_contact import refresh_smooth
@@ -197,6 +198,8 @@ def _refresh_none(*_):
 @lean_jit
 def _refresh_mixed(solids, contacts, i, x, v, R, w):
     """`refresh` of any row that is not smooth."""
+    if contacts.kind[i] == CORES:
+        return refresh_cores(solids, contacts, i, x, v, R, w)
     if contacts.kind[i] >= BALL_FACE:
         return refresh_ball(solids, contacts, i, x, v, R, w)
     return _refresh_flat(solids, contacts, i, x, v, R, w)
