@@ -61,7 +61,7 @@ class ExactQueue:
 
     def __init__(self, world: World) -> None:
         self.world, self.settings = world, world.scene.collisions
-        self.solids = solids_of([body.shape for body in world.scene.bodies])
+        self.solids = solids_of([body.collision_shape for body in world.scene.bodies])
         self._rules = self.rules = rules_of(world.scene)
         self.scene = scene_of(world, self.solids)
         self.queue = queue_of(world, self.solids)

@@ -181,10 +181,11 @@ def _combined(bodies: list[Body], states: list[tuple[Array, ...]], members: list
         R, arm = state[2], state[0] - centre
         inertia += R @ body.inertia @ R.T + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
         momentum += own + body.mass * np.cross(arm, state[1] - velocity)
-        vertices.append(body.mesh.vertices @ R.T + arm)
-        triangles.append(body.mesh.triangles + np.uint32(first))
+        mesh = body.collision_mesh  # nobody but the queue sees the whole's surface
+        vertices.append(mesh.vertices @ R.T + arm)
+        triangles.append(mesh.triangles + np.uint32(first))
         inside += [Member(part.row, R @ part.offset + arm, R @ part.turn) for part in parts]
-        first += len(body.mesh.vertices)
+        first += len(mesh.vertices)
     momentum = np.where(locked[3:], 0.0, momentum)
     turning = np.flatnonzero(~locked[3:])
     spin = np.zeros(3)

@@ -85,6 +85,8 @@ class Body:
         velocity: of the centre of mass [m/s], shape (3,), world frame.
         angular_velocity: [rad/s], shape (3,), world frame.
         material: what `[[material]]` pairs refer to, if anything.
+        frame: closed surface around the shape that it collides with instead, likewise about the centre of mass and one
+            object for bodies alike (P17); None: it collides with its shape.
     """
 
     name: str
@@ -98,6 +100,12 @@ class Body:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     material: str | None = None
+    frame: TriangleMesh | None = None
+
+    @property
+    def collision_shape(self) -> TriangleMesh | Plane:
+        """What other bodies collide with: its frame if it has one, else its shape."""
+        return self.shape if self.frame is None else self.frame
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -106,9 +114,21 @@ class Body:
         Raises:
             TypeError: it is a plane, which has none.
         """
-        if isinstance(self.shape, Plane):
+        return self._mesh(self.shape)
+
+    @property
+    def collision_mesh(self) -> TriangleMesh:
+        """The mesh that other bodies collide with.
+
+        Raises:
+            TypeError: it is a plane, which has none.
+        """
+        return self._mesh(self.collision_shape)
+
+    def _mesh(self, shape: TriangleMesh | Plane) -> TriangleMesh:
+        if isinstance(shape, Plane):
             raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
-        return self.shape
+        return shape
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ SHAPES = ("stl", "box", "prism", "plane")
 EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
 PAPER_RULES = ("paper", "paper-advance")
+FRAMES = ("stl", "scale", "offset")
 PLACES = ("grid", "poses", "random")
 
 
@@ -32,6 +33,7 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
     complete = all(key in known for key in body)
     motion = body.get("motion", "free")
     yield from _exactly_one(body.get("shape"), "shape", SHAPES)
+    yield from _exactly_one(body.get("frame"), "frame", FRAMES)
     yield from _exactly_one(body.get("place"), "place", PLACES)
     if isinstance(body.get("shape"), dict) and "plane" in body["shape"]:
         yield from _plane_rules(body)
@@ -76,6 +78,7 @@ def _plane_rules(body: Mapping[str, Any]) -> Iterator[Found]:
         yield ("motion",), "a plane is fixed or moves as prescribed; it has no mass"
     yield from _not_with(body, ("mass", "density", "inertia"), "a plane has no mass")
     yield from _not_with(body, ("region",), "a plane has no vertices to exchange")
+    yield from _not_with(body, ("frame",), "a plane has no frame")
 
 
 def _exactly_one(table: Any, name: str, choices: Sequence[str]) -> Iterator[Found]:
