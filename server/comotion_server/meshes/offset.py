@@ -1,7 +1,7 @@
 """A closed surface moved outward: every facet's plane by the same distance, with the same corners and facets (P17).
 
 A corner d from where it was has moved out by n . d over a facet with normal n. Up to three planes through a corner, and
-more where they are those of one convex or concave cone, ask for n . d = offset of all: the shortest d does it. Where no d
+more where all touch one sphere, ask for n . d = offset of every one: the shortest such d is taken. Where no d
 does (most corners of four planes and more), d is the shortest of those with n . d >= offset. So every facet moves
 out by at least the offset, and exactly by it wherever its corners allow.
 

@@ -38,11 +38,12 @@ def first_crossing(points: Floats, facets: Integers) -> tuple[int, int] | None:
         apart = shared == 0
         for f, g in zip(i[apart].tolist(), j[apart].tolist(), strict=True):
             if triangles_intersect(*map(tuple, corners[f].tolist()), *map(tuple, corners[g].tolist())):
-                return f, g
+                return min(f, g), max(f, g)
         for wrong, pairs in ((_cross_at_corner, shared == 1), (_fold, shared == 2)):
             found = np.flatnonzero(wrong(points, facets[i[pairs]], facets[j[pairs]]))
             if len(found):
-                return int(i[pairs][found[0]]), int(j[pairs][found[0]])
+                f, g = int(i[pairs][found[0]]), int(j[pairs][found[0]])
+                return min(f, g), max(f, g)
     return None
 
 

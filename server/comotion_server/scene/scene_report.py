@@ -118,7 +118,7 @@ def _body_report(made: MadeBody) -> BodyReport:
         vertices=0 if mesh is None else len(mesh.vertices),
         triangles=0 if mesh is None else len(mesh.triangles),
         health=solid.health,
-        frame=frame and frame.label,
+        frame=None if frame is None else frame.label,
         frame_triangles=0 if frame is None else len(frame.mesh.triangles),
         clearance=None if frame is None else frame.clearance,
         notes=_notes(made),
