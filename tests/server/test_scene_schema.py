@@ -21,6 +21,7 @@ LISTED = {
     "| `box` |": tables.BoxTable,
     "| `prism` |": tables.PrismTable,
     "| `plane` |": tables.PlaneTable,
+    "| `frame` |": tables.FrameTable,
     "## Motion": tables.MotionTable,
     "| `place` |": tables.PlaceTable,
     "| `grid` |": tables.GridTable,

@@ -21,9 +21,10 @@ from comotion_server.meshes.triangle_mesh import TriangleMesh
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-LEVEL = 1e-10  # ratio of squared spreads below which normals say the same: 1e-5 rad, what single precision leaves
+LEVEL = 1e-10  # squared spread of normals that count as one: 1e-5 rad, what single precision leaves of a flat face
 EVEN = 1e-6  # of the offset: planes that miss it by less are met
-MET = 1e-9  # of the offset, in the search
+APART = 1e-6  # [rad] between normals that the search tells apart; smaller: rounding exceeds `MET`
+MET = 1e-8  # of the offset: what the search may miss a plane by
 ROUNDS = 1000  # of the search; it takes about as many as a corner has planes
 NEW_BASES = ((3,), (0, 3), (1, 3), (2, 3), (0, 1, 3), (0, 2, 3), (1, 2, 3))  # of a basis of three and a fourth
 
@@ -96,8 +97,7 @@ def _least_steps(normals: Floats) -> Floats:
         d[rows] = np.nan
         for new in NEW_BASES:
             some = planes[:, new]
-            share = np.linalg.pinv(some @ some.transpose(0, 2, 1), rcond=LEVEL, hermitian=True).sum(axis=2)
-            way = np.einsum("nki,nk->ni", some, share)
+            way = np.linalg.pinv(some, rcond=APART).sum(axis=2)
             length = np.einsum("ni,ni->n", way, way)
             better = (np.einsum("nki,ni->nk", planes, way).min(axis=1) >= 1.0 - MET) & (length < shortest)
             shortest[better], d[rows[better]] = length[better], way[better]
