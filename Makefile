@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: run test lint bench report clean
+.PHONY: run test lint bench report docs clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/.run            ## the ice channel: server and mock CFD client over zenoh on loopback
@@ -20,10 +20,17 @@ lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
 	$(BIN)/deptry .
 
 bench: $(VENV)/.peers          ## figures that depend on the machine, each beside a peer or a limit; all run, then the verdict
-	@status=0; for name in round_trip geometry contact_times events engines; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
+	@status=0; for name in round_trip geometry contact_times events spheres engines; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
 
 report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
 	$(BIN)/comotion plan float_box drop channel
+
+docs: $(VENV)/.docs          ## the pages as a site in out/docs; warnings, and so broken links, are errors
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
+
+$(VENV)/.docs: $(VENV)/.dev
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	touch $@
 
 $(VENV)/.run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -24,7 +24,8 @@ import numpy as np
 from geometry_peers import Coal, Fcl, coal_model
 from geometry_shapes import pairs
 
-from comotion_server.kernels.mesh_pair import closest_points, closest_points_of_pairs, relative_rotation, work_space
+from comotion_server.kernels.mesh_pair import closest_points, closest_points_of_pairs, work_space
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.vectors import rotated_back, row, sub
 from comotion_server.meshes.mesh_store import MeshStore
 from comotion_server.meshes.mesh_tree import binary_tree, lane_tree

@@ -79,7 +79,8 @@ def solids_of(forms):
             radius[i] = 0.5 * store.size[shape[i]]
         else:
             normal[i] = form
-    return Solids(store.arrays, kind, shape, normal, radius, np.full(count, 0.02))
+    near, size, axis = np.full(count, 0.02), np.zeros((count, 4)), np.zeros((count, 3))
+    return Solids(store.arrays, kind, shape, normal, radius, near, size, axis)
 
 
 class Touching:

@@ -6,6 +6,7 @@ from math import inf
 import numpy as np
 
 from comotion_server.geometry.contact_time import near_distance
+from comotion_server.kernels.contact_manifold import new_patch_work
 from comotion_server.kernels.event_queue import begin_step, play, start
 from comotion_server.kernels.event_scene import LEFT, Rules, Scene, new_queue
 from comotion_server.kernels.flight import (
@@ -18,16 +19,34 @@ from comotion_server.kernels.flight import (
     fly_all,
 )
 from comotion_server.kernels.mesh_pair import closest_points_of_pairs
-from comotion_server.kernels.solids import MESH, PLANE, Solids
+from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.solids import MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
 from comotion_server.meshes import TriangleMesh, mass_properties
 from comotion_server.meshes.mesh_store import MeshStore
 
 PLENTY = 1 << 62
 
 
+@dataclass(frozen=True)
+class Ball:
+    """A sphere; its mass is its density."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Tube:
+    """A pipe along z that stays."""
+
+    inner: float
+    outer: float
+    half: float
+    caps: bool = False
+
+
 @dataclass
 class Part:
-    """A body: a mesh about its centre of mass, or the normal of a plane through x; density 0: it stays."""
+    """A body: a mesh about its centre of mass, a ball, a tube, or a plane's normal through x; density 0: it stays."""
 
     shape: object
     x: tuple = (0.0, 0.0, 0.0)
@@ -51,11 +70,23 @@ def centred(mesh):
 class Play:
     """Bodies in a queue of their own, from their parts."""
 
-    def __init__(self, parts, *, gravity=(0, 0, 0), restitution=1.0, tolerance=1e-9, angle=0.0, law=0, resting=False):
+    def __init__(
+        self,
+        parts,
+        *,
+        gravity=(0, 0, 0),
+        restitution=1.0,
+        tolerance=1e-9,
+        angle=0.0,
+        law=0,
+        resting=False,
+        log_room=200_000,
+    ):
         n = len(parts)
         meshes = [part.shape for part in parts if isinstance(part.shape, TriangleMesh)]
-        store = MeshStore.build(meshes)
-        shapes = iter(store.shape_of_mesh)
+        store = MeshStore.build(meshes) if meshes else None
+        shapes = iter(store.shape_of_mesh if meshes else ())
+        sizes, axis = np.zeros((n, 4)), np.zeros((n, 3))
         kind, shape, normal = np.zeros(n, np.int64), np.full(n, -1), np.zeros((n, 3))
         radius, near, size = np.full(n, inf), np.full(n, inf), np.full(n, inf)
         bodies = Bodies(
@@ -67,6 +98,21 @@ class Play:
         for i, part in enumerate(parts):
             x[i], v[i] = part.x, part.v
             R[i] = np.eye(3) if part.R is None else part.R
+            if isinstance(part.shape, Ball):
+                r = part.shape.radius
+                kind[i], sizes[i, RADIUS], radius[i], size[i] = SPHERE, r, r, 2.0 * r
+                if part.density > 0.0:
+                    bodies.moments[i] = 0.4 * part.density * r * r
+                    bodies.inverse_mass[i], bodies.gravity[i] = 1.0 / part.density, gravity
+                    bodies.spin[i], bodies.reacts[i] = SPIN_FREE, True
+                    w[i], L[i] = part.w, bodies.moments[i] * part.w
+                continue
+            if isinstance(part.shape, Tube):
+                tube = part.shape
+                kind[i], axis[i], sizes[i] = PIPE, (0.0, 0.0, 1.0), (tube.inner, tube.outer, tube.half, tube.caps)
+                radius[i] = np.hypot(tube.outer, tube.half)
+                size[i] = 2.0 * radius[i]
+                continue
             if not isinstance(part.shape, TriangleMesh):
                 kind[i], normal[i] = PLANE, part.shape
                 continue
@@ -92,7 +138,8 @@ class Play:
             kind=np.zeros(n, np.int64),
             **vectors,
         )
-        self.scene = Scene(bodies, Solids(store.arrays, kind, shape, normal, radius, near), flights, x, v, R, L, w)
+        solids = Solids(store and store.arrays, kind, shape, normal, radius, near, sizes, axis)
+        self.scene = Scene(bodies, solids, flights, x, v, R, L, w)
         self.rules = Rules(
             np.zeros(n, np.int64),
             np.full((1, 1), restitution),
@@ -104,7 +151,8 @@ class Play:
             bool(0),
         )
         grain = np.full(n, 64 * np.spacing(max(np.abs(x).max(), size[np.isfinite(size)].max())))
-        self.queue = new_queue(x, radius, tolerance * size, grain, 40 * n + 100, 4000, 200_000)
+        rooms = (new_work(), new_patch_work()) if meshes else (None, None)
+        self.queue = new_queue(x, radius, tolerance * size, grain, 40 * n + 100, 4000, log_room, *rooms)
         self.time = 0.0
         self.zero = np.zeros((n, 3))
         self.torque = self.zero

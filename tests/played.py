@@ -1,8 +1,11 @@
 """Playing a simulation and looking at what it did: for tests of physics."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from comotion_server.geometry import distance
+from comotion_server.meshes import TriangleMesh
 from comotion_server.quaternions import rotation_from_quaternion
 from comotion_server.scene import Free, Plane
 
@@ -31,7 +34,8 @@ def row_of(sim, name):
 
 def smallest_gap(sim, within=0.01):
     """Smallest distance [m] of two bodies of which one can move away, if any is `within` [m]; 0: they overlap."""
-    bodies, x = sim.scene.bodies, sim.bodies.position
+    x, scales = sim.bodies.position, sim.bodies.scale
+    bodies = [_scaled(body, s) for body, s in zip(sim.scene.bodies, scales, strict=True)]
     R = [rotation_from_quaternion(q) for q in sim.bodies.quaternion]
     found = within
     for j, b in enumerate(bodies):
@@ -45,6 +49,13 @@ def smallest_gap(sim, within=0.01):
             elif np.linalg.norm(x[i] - x[j]) < 0.5 * (a.mesh.size + b.mesh.size) + within:
                 found = min(found, distance(a.mesh, (R[i], x[i]), b.mesh, (R[j], x[j])).distance)
     return found
+
+
+def _scaled(body, s):
+    """The body as healing has left it."""
+    if s == 1.0:
+        return body
+    return replace(body, shape=TriangleMesh(s * body.mesh.vertices, body.mesh.triangles))
 
 
 def energy(sim):

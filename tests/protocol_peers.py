@@ -51,9 +51,9 @@ class Peers:
             from comotion_protocol.zenoh_link import ZenohServer
 
             self.endpoint = f"tcp/127.0.0.1:{free_port()}"
-            server = self._stack.enter_context(ZenohServer(RUN, self.desk, listen=[self.endpoint]))
+            self.server = self._stack.enter_context(ZenohServer(RUN, self.desk, listen=[self.endpoint]))
             self._stack.enter_context(self.desk)
-            server.claim(self.service.info.instance, on_lost=lambda: None)
+            self.server.claim(self.service.info.instance, on_lost=lambda: None)
         else:
             self._stack.enter_context(self.desk)
         return self

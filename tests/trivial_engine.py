@@ -81,6 +81,7 @@ class TrivialEngine:
                 shift_work=0.0,
             ),
             blocked=(),
+            wear=(),
             impacts=(
                 SimpleNamespace(
                     time=self.time,

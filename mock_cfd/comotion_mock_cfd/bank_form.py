@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from comotion_mock_cfd.stl_file import binary_stl
-from comotion_mock_cfd.water_line import Floats, Indices
+
+if TYPE_CHECKING:
+    from comotion_mock_cfd.water_line import Floats, Indices
 
 FACE = (
     *((-1.2, 1.35), (0.2, 1.2), (0.8, 0.95), (1.1, 0.95), (1.25, 1.1), (1.5, 1.05), (1.6, 0.95), (1.8, 0.97)),

@@ -55,9 +55,7 @@ def form_volume() -> float:
     return 4 / 9 * LENGTH * BEAM * DRAUGHT - BEAM * DRAUGHT**2 / math.tan(STEM_ANGLE) / 6
 
 
-def hull_mesh(
-    stations: int = STATIONS, waterlines: tuple[int, int] = WATERLINES
-) -> tuple[Floats, NDArray[np.uint32]]:
+def hull_mesh(stations: int = STATIONS, waterlines: tuple[int, int] = WATERLINES) -> tuple[Floats, NDArray[np.uint32]]:
     """Vertices [m], shape (n, 3), in the hull's frame and triangles (m, 3): closed, counter-clockwise from outside."""
     port = _port_side(stations, waterlines)
     rows, columns, _ = port.shape

@@ -5,8 +5,11 @@ import re
 from comotion_protocol import limits
 from comotion_protocol.errors import LocalProtocolError
 
-MESSAGES = ("open", "step", "close", "status")
+MESSAGES = ("open", "step", "close", "status", "look")
 """Messages a server answers, each on its own key (SPEC K1)."""
+
+NEWS = ("state", "events", "progress")
+"""What a server publishes for those who watch, each on its own key (SPEC K5)."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
@@ -27,6 +30,11 @@ def check_run(run: object) -> str:
 def message_key(run: str, message: str) -> str:
     """The key on which a server answers one kind of message (SPEC K1)."""
     return f"comotion/1/{check_run(run)}/{message}"
+
+
+def news_key(run: str, news: str) -> str:
+    """The key on which a server publishes one kind of news (SPEC K5)."""
+    return f"comotion/1/{check_run(run)}/{news}"
 
 
 def server_token(run: str) -> str:

@@ -40,6 +40,16 @@ class Host(Protocol):
         """A client's liveliness token came or went."""
 
 
+class Audience(Protocol):
+    """Those who watch a server (SPEC, section W)."""
+
+    def listens(self, news: str) -> bool:
+        """Whether someone subscribes to a kind of news just now; cheap enough to ask at every step."""
+
+    def publish(self, news: str, frame: Frame) -> None:
+        """Tell them; never waits for a slow one."""
+
+
 class Link(Protocol):
     """A client's way to its server."""
 

@@ -186,6 +186,20 @@ class Blocked:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wear:
+    """A body that was scaled down because it was pinched, and what went with the mass it lost (SPEC M14)."""
+
+    time: float
+    body: str
+    scale: float
+    depth: float
+    mass: float
+    momentum: Vector
+    angular_momentum: Vector
+    energy: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class OpenRequest:
     """Ask for the lease (SPEC M6). `dt` [s] of the first step is needed for the midpoint sample."""
 
@@ -262,6 +276,7 @@ class StepReply:
     blocked: tuple[Blocked, ...] | None = None
     impacts: tuple[Impact, ...] | None = None
     contacts: tuple[Contact, ...] | None = None
+    wear: tuple[Wear, ...] | None = None
     vertices: Mapping[str, FloatArray] = field(default_factory=dict)
     velocities: Mapping[str, FloatArray] = field(default_factory=dict)
     poses: FloatArray | None = None
@@ -306,5 +321,59 @@ class StatusReply:
     held_seconds: float | None = None
 
 
-Request: TypeAlias = OpenRequest | StepRequest | CloseRequest | StatusRequest
-Reply: TypeAlias = OpenReply | StepReply | CloseReply | StatusReply
+@dataclass(frozen=True, kw_only=True)
+class LookRequest:
+    """Ask for the surfaces without taking the lease (SPEC W1); there is nothing in it, and anyone may ask."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LookReply:
+    """The surfaces of a run as they are at `time` [s], after `step` (SPEC W1); welded, in the order of the open reply.
+
+    Per region: vertices [m] (vertex_count, 3) and triangles (triangle_count, 3); poses (bodies, 7): x y z w qx qy qz.
+    """
+
+    protocol: tuple[int, int]
+    server: ServerInfo
+    run: str
+    step: int
+    attempt: int
+    time: float
+    regions: tuple[Region, ...]
+    digest: str
+    vertices: Mapping[str, FloatArray]
+    triangles: Mapping[str, IndexArray]
+    poses: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StateNews:
+    """Where the bodies are at the end of a step (SPEC W3): poses (bodies, 7), twists (bodies, 6)."""
+
+    step: int
+    attempt: int
+    time: float
+    poses: FloatArray
+    twists: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventsNews:
+    """What happened in a step (SPEC W4), as its reply tells it to a client that wants all of it."""
+
+    step: int
+    attempt: int
+    time: float
+    dt: float
+    status: Literal["ok", "blocked"]
+    budget: Budget
+    books: Books
+    impacts: tuple[Impact, ...]
+    contacts: tuple[Contact, ...]
+    blocked: tuple[Blocked, ...] | None = None
+
+
+Request: TypeAlias = OpenRequest | StepRequest | CloseRequest | StatusRequest | LookRequest
+Reply: TypeAlias = OpenReply | StepReply | CloseReply | StatusReply | LookReply
+News: TypeAlias = StateNews | EventsNews | StatusReply
+"""What is published: state, events, and as progress the same words as a reply to status (SPEC W5)."""

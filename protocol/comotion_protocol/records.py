@@ -142,3 +142,17 @@ def read_blocked(f: Fields) -> m.Blocked:
         bodies=f.names("bodies"),
         contacts=tuple(m.Pair(body_a=p.text("body_a"), body_b=p.text("body_b")) for p in f.maps("contacts")),
     )
+
+
+def read_wear(f: Fields) -> m.Wear:
+    """What a body lost by being scaled down."""
+    return m.Wear(
+        time=f.finite("time"),
+        body=f.text("body"),
+        scale=f.finite("scale"),
+        depth=f.finite("depth"),
+        mass=f.finite("mass"),
+        momentum=f.vector("momentum"),
+        angular_momentum=f.vector("angular_momentum"),
+        energy=f.finite("energy"),
+    )

@@ -1,12 +1,13 @@
 """Replies to bytes and back (SPEC, section M)."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from comotion_protocol import limits
 from comotion_protocol import messages as m
 from comotion_protocol.blocks import Frame
 from comotion_protocol.header import pack
-from comotion_protocol.message_parts import block, by_region, frame, given, motion_arrays, read, rows_of
+from comotion_protocol.message_parts import Arrays, block, by_region, frame, given, motion_arrays, read, rows_of
 from comotion_protocol.records import (
     read_blocked,
     read_books,
@@ -19,6 +20,7 @@ from comotion_protocol.records import (
     read_region,
     read_server,
     read_sums,
+    read_wear,
     record,
 )
 
@@ -34,6 +36,8 @@ def encode_reply(reply: m.Reply) -> Frame:
             return Frame(pack({"steps": reply.steps, "time": reply.time}))
         case m.StatusReply():
             return Frame(pack(_status_header(reply)))
+        case m.LookReply():
+            return _look_frame(reply)
 
 
 def _open_frame(reply: m.OpenReply) -> Frame:
@@ -51,11 +55,16 @@ def _open_frame(reply: m.OpenReply) -> Frame:
         "plan": [record(line) for line in reply.plan],
         "limits": record(reply.limits),
     }
+    return frame(values, _surfaces(reply) | motion_arrays(reply))
+
+
+def _surfaces(reply: m.OpenReply | m.LookReply) -> dict[str, Any]:
+    """Vertices and triangles of all regions."""
     arrays: dict[str, Any] = {}
     for region in reply.regions:
         arrays[f"{region.name}/vertices"] = reply.vertices[region.name]
         arrays[f"{region.name}/triangles"] = reply.triangles[region.name]
-    return frame(values, arrays | motion_arrays(reply))
+    return arrays
 
 
 def decode_open_reply(header: bytes, bulk: bytes) -> m.OpenReply:
@@ -75,15 +84,21 @@ def decode_open_reply(header: bytes, bulk: bytes) -> m.OpenReply:
         digest=fields.text("digest"),
         plan=tuple(read_plan_line(line) for line in fields.maps("plan")),
         limits=read_limits(fields.map("limits")),
-        vertices={region.name: block(arrays, f"{region.name}/vertices", region.vertex_count, 3) for region in regions},
-        triangles={
-            region.name: block(arrays, f"{region.name}/triangles", region.triangle_count, 3, "<u4")
-            for region in regions
-        },
+        **_read_surfaces(regions, arrays),
         velocities=by_region(arrays, "velocities"),
         poses=rows_of(arrays, "poses", 7),
         twists=rows_of(arrays, "twists", 6),
     )
+
+
+def _read_surfaces(regions: Iterable[m.Region], arrays: Arrays) -> dict[str, Any]:
+    """Vertices and triangles of all regions, each with its rows."""
+    return {
+        "vertices": {each.name: block(arrays, f"{each.name}/vertices", each.vertex_count, 3) for each in regions},
+        "triangles": {
+            each.name: block(arrays, f"{each.name}/triangles", each.triangle_count, 3, "<u4") for each in regions
+        },
+    }
 
 
 def _step_reply_frame(reply: m.StepReply) -> Frame:
@@ -101,6 +116,7 @@ def _step_reply_frame(reply: m.StepReply) -> Frame:
         blocked=None if reply.blocked is None else [record(block) for block in reply.blocked],
         impacts=None if reply.impacts is None else [record(impact) for impact in reply.impacts[: limits.IMPACTS]],
         contacts=None if reply.contacts is None else [record(contact) for contact in reply.contacts],
+        wear=None if reply.wear is None else [record(wear) for wear in reply.wear],
     )
     vertices = {f"{name}/vertices": array for name, array in reply.vertices.items()}
     return frame(values, vertices | motion_arrays(reply))
@@ -123,6 +139,7 @@ def decode_step_reply(header: bytes, bulk: bytes) -> m.StepReply:
         blocked=tuple(map(read_blocked, fields.maps("blocked"))) if fields.has("blocked") else None,
         impacts=tuple(map(read_impact, fields.maps("impacts"))) if fields.has("impacts") else None,
         contacts=tuple(map(read_contact, fields.maps("contacts"))) if fields.has("contacts") else None,
+        wear=tuple(map(read_wear, fields.maps("wear"))) if fields.has("wear") else None,
         vertices=by_region(arrays, "vertices"),
         velocities=by_region(arrays, "velocities"),
         poses=rows_of(arrays, "poses", 7),
@@ -134,6 +151,38 @@ def decode_close_reply(header: bytes, bulk: bytes) -> m.CloseReply:
     """The close reply in a header and a bulk."""
     fields, _ = read(header, bulk, limits.REPLY_HEADER_BYTES)
     return m.CloseReply(steps=fields.count("steps"), time=fields.finite("time"))
+
+
+def _look_frame(reply: m.LookReply) -> Frame:
+    values = {
+        "protocol": list(reply.protocol),
+        "server": record(reply.server),
+        "run": reply.run,
+        "step": reply.step,
+        "attempt": reply.attempt,
+        "time": reply.time,
+        "regions": [record(region) for region in reply.regions],
+        "digest": reply.digest,
+    }
+    return frame(values, _surfaces(reply) | {"poses": reply.poses})
+
+
+def decode_look_reply(header: bytes, bulk: bytes) -> m.LookReply:
+    """The look reply in a header and a bulk."""
+    fields, arrays = read(header, bulk, limits.REPLY_HEADER_BYTES)
+    regions = tuple(read_region(region) for region in fields.maps("regions"))
+    return m.LookReply(
+        protocol=fields.version("protocol"),
+        server=read_server(fields.map("server")),
+        run=fields.text("run"),
+        step=fields.count("step"),
+        attempt=fields.count("attempt"),
+        time=fields.finite("time"),
+        regions=regions,
+        digest=fields.text("digest"),
+        **_read_surfaces(regions, arrays),
+        poses=block(arrays, "poses", sum(len(region.bodies) for region in regions), 7),
+    )
 
 
 def _status_header(reply: m.StatusReply) -> dict[str, Any]:

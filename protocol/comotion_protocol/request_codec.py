@@ -24,7 +24,7 @@ def encode_request(request: m.Request) -> Frame:
             return _step_frame(request)
         case m.CloseRequest():
             return Frame(pack({"lease": request.lease, "step": request.step}))
-        case m.StatusRequest():
+        case m.StatusRequest() | m.LookRequest():
             return Frame(pack({}))
 
 
@@ -40,6 +40,8 @@ def decode_request(message: str, header: bytes, bulk: bytes) -> m.Request:
             return m.CloseRequest(lease=fields.text("lease"), step=fields.count("step"))
         case "status":
             return m.StatusRequest()
+        case "look":
+            return m.LookRequest()
         case _:
             raise RemoteProtocolError("unknown_message", "K1", f"no message is called {message!r}")
 

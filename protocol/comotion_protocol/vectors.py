@@ -1,9 +1,9 @@
 """Golden bytes of every message and every error, for tests in any language.
 
-`python -m comotion_protocol.vectors [FOLDER]` writes four files of cases: `requests.json` and `replies.json` hold
-header and bulk as hexadecimal and what they mean, `errors.json` the payloads of error replies, `refused.json`
-requests that must be refused, and how. Floats in the meaning are JSON numbers that read back bit for bit; arrays are
-`{dtype, shape, values}`.
+`python -m comotion_protocol.vectors [FOLDER]` writes five files of cases: `requests.json`, `replies.json` and
+`news.json` hold header and bulk as hexadecimal and what they mean, `errors.json` the payloads of error replies,
+`refused.json` requests that must be refused, and how. Floats in the meaning are JSON numbers that read back bit for
+bit; arrays are `{dtype, shape, values}`.
 """
 
 import json
@@ -65,6 +65,7 @@ def requests() -> dict[str, tuple[str, m.Request]]:
         "step without load": ("step", m.StepRequest(lease=LEASE, step=2**53 - 1, attempt=2**32, dt=0.1)),
         "close": ("close", m.CloseRequest(lease=LEASE, step=300)),
         "status": ("status", m.StatusRequest()),
+        "look": ("look", m.LookRequest()),
     }
 
 
@@ -89,22 +90,8 @@ def replies() -> dict[str, tuple[str, m.Reply]]:
         ),
         "step, blocked": ("step", _blocked_reply()),
         "close": ("close", m.CloseReply(steps=300, time=1.5)),
-        "status, held": (
-            "status",
-            m.StatusReply(
-                protocol=(1, 0),
-                server=SERVER,
-                run="channel",
-                phase="computing",
-                phase_seconds=12.5,
-                step=7,
-                attempt=1,
-                time=0.035,
-                busy=99.5,
-                client=CLIENT,
-                held_seconds=120.25,
-            ),
-        ),
+        "status, held": ("status", _status()),
+        "look": ("look", _look_reply()),
         "status, free": (
             "status",
             m.StatusReply(
@@ -120,6 +107,72 @@ def replies() -> dict[str, tuple[str, m.Reply]]:
             ),
         ),
     }
+
+
+def news() -> dict[str, tuple[str, m.News]]:
+    """Name of the case: kind of news and news."""
+    blocked = _blocked_reply()
+    return {
+        "state": (
+            "state",
+            m.StateNews(
+                step=7,
+                attempt=1,
+                time=0.035,
+                poses=np.arange(14.0).reshape(2, 7),
+                twists=np.arange(12.0).reshape(2, 6),
+            ),
+        ),
+        "events": (
+            "events",
+            m.EventsNews(
+                step=100,
+                attempt=0,
+                time=0.5,
+                dt=0.005,
+                status="blocked",
+                budget=blocked.budget,
+                books=blocked.books,
+                blocked=blocked.blocked,
+                impacts=blocked.impacts or (),
+                contacts=blocked.contacts or (),
+            ),
+        ),
+        "progress": ("progress", _status()),
+    }
+
+
+def _status() -> m.StatusReply:
+    return m.StatusReply(
+        protocol=(1, 0),
+        server=SERVER,
+        run="channel",
+        phase="computing",
+        phase_seconds=12.5,
+        step=7,
+        attempt=1,
+        time=0.035,
+        busy=99.5,
+        client=CLIENT,
+        held_seconds=120.25,
+    )
+
+
+def _look_reply() -> m.LookReply:
+    opened = _open_reply()
+    return m.LookReply(
+        protocol=(1, 0),
+        server=SERVER,
+        run="channel",
+        step=7,
+        attempt=1,
+        time=0.035,
+        regions=opened.regions,
+        digest=opened.digest,
+        vertices=opened.vertices,
+        triangles=opened.triangles,
+        poses=np.arange(14.0).reshape(2, 7),
+    )
 
 
 def _books(impacts: int) -> m.Books:
@@ -176,6 +229,18 @@ def _step_reply() -> m.StepReply:
         books=_books(1),
         impacts=(impact,),
         contacts=(m.Contact(body_a="bank", body_b="floe-1", impulse=(0.0, 0.0, 0.5), count=1),),
+        wear=(
+            m.Wear(
+                time=0.00125,
+                body="floe-1",
+                scale=0.875,
+                depth=0.0625,
+                mass=0.5,
+                momentum=(0.25, 0.0, 0.0),
+                angular_momentum=(0.0, 0.0, -0.125),
+                energy=0.0625,
+            ),
+        ),
         vertices={"ice": VERTICES + 3.0},
         velocities={"ice": -VERTICES},
         poses=np.arange(14.0).reshape(2, 7),
@@ -307,6 +372,9 @@ def files() -> dict[str, list[dict[str, Any]]]:
         ],
         "replies.json": [
             _golden(name, message, reply, codec.encode_reply(reply)) for name, (message, reply) in replies().items()
+        ],
+        "news.json": [
+            _golden(name, kind, meaning, codec.encode_news(meaning)) for name, (kind, meaning) in news().items()
         ],
         "errors.json": [
             {"payload": codec.encode_error(error).hex()}

@@ -127,6 +127,27 @@ class ZenohLink:
             raise self._absent(message)
         return _unpack(reply)
 
+    def subscribe(self, news: str, hear: Callable[[bytes, bytes], None]) -> Callable[[], None]:
+        """Have `hear(header, bulk)` called in zenoh's thread for every news of a kind; returns what ends it."""
+
+        def receive(sample: zenoh.Sample) -> None:
+            header = sample.attachment
+            hear(b"" if header is None else header.to_bytes(), _bytes_of(sample.payload))
+
+        callback = zenoh.handlers.Callback(receive, indirect=False)
+        subscriber = self._session.declare_subscriber(keys.news_key(self._run, news), callback)
+
+        def end() -> None:
+            with contextlib.suppress(zenoh.ZError):  # the session may be closed by now
+                subscriber.undeclare()  # type: ignore[no-untyped-call]
+
+        return end
+
+    @property
+    def server_is_there(self) -> bool:
+        """Whether the server's token is there."""
+        return self._server_there.is_set()
+
     def close(self) -> None:
         """See `Link.close`."""
         _close(self._session)
@@ -254,7 +275,22 @@ class ZenohServer:
             (keys.instance_token(self._run), hear_of_server),
         ):
             alive.declare_subscriber(pattern, zenoh.handlers.Callback(hear, indirect=False), history=True)
+        self._publishers = {
+            news: self._session.declare_publisher(
+                keys.news_key(self._run, news), congestion_control=zenoh.CongestionControl.DROP
+            )
+            for news in keys.NEWS
+        }
         self._tokens_held = [alive.declare_token(key) for key in (mine, keys.server_token(self._run))]
+
+    def listens(self, news: str) -> bool:
+        """See `Audience.listens`."""
+        status: Any = self._publishers[news].matching_status  # zenoh's stub says bool
+        return bool(status.matching)
+
+    def publish(self, news: str, frame: Frame) -> None:
+        """See `Audience.publish`."""
+        self._publishers[news].put(frame.bulk(), attachment=frame.header)
 
     def _tokens(self, key: str) -> set[str]:
         """The liveliness tokens that match a key, wherever they are."""

@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from comotion.commands import check, completion, mock, plan, run, serve
+from comotion.commands import check, completion, mock, plan, run, serve, watch
 from comotion.commands.arguments import closest
 from comotion.commands.errors import explain
 
-COMMANDS = (run, serve, mock, check, plan, completion)
+COMMANDS = (run, serve, mock, watch, check, plan, completion)
 
 DESCRIPTION = "Motion and collisions of rigid bodies of any shape, as a co-simulation server for CFD solvers."
 EPILOG = """\
@@ -23,7 +23,8 @@ SCENE is a TOML file or the name of a shipped scene.
 
 examples:
   comotion run float_box               server and mock CFD client on this machine, summary at the end
-  comotion run channel --out out/ice   the same with tables, plot, ParaView series and picture
+  comotion run channel --out out/ice   the same with a report, pictures, an animation, tables, ParaView series
+  comotion watch --run channel         see a running server live in the browser
   comotion check my_scene.toml         is my scene sound?
   comotion COMMAND --help              options and examples of one command
 

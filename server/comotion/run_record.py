@@ -25,6 +25,8 @@ class RunRecord:
     overlap_max: float = 0.0  # [m]
     rest_energy: float = 0.0  # [J] taken by contacts that came to rest
     shift_work: float = 0.0  # [J] done to keep held contacts at their gap
+    healings: int = 0  # scalings of bodies that were pinched
+    worn_mass: float = 0.0  # [kg] lost by them
     budgets_exhausted: int = 0  # steps that needed more responses than allowed
     capped: int = 0  # impacts whose reflections did not end
     fallback_steps: int = 0  # steps in which contacts were held by time-stepping
@@ -50,6 +52,8 @@ class RunRecord:
         self.overlap_max = max(self.overlap_max, books.overlap_max)
         self.rest_energy += books.rest_energy or 0.0
         self.shift_work += books.shift_work or 0.0
+        self.healings += len(step.reply.wear or ())
+        self.worn_mass += sum(worn.mass for worn in step.reply.wear or ())
         budget = step.reply.budget
         self.budgets_exhausted += budget.exhausted
         self.capped += budget.capped or 0

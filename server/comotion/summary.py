@@ -54,6 +54,8 @@ class Summary:
             "overlap_max_m": record.overlap_max,
             "rest_energy_J": record.rest_energy,
             "shift_work_J": record.shift_work,
+            "healings": record.healings,
+            "worn_mass_kg": record.worn_mass,
             "budgets_exhausted": record.budgets_exhausted,
             "impacts_capped": record.capped,
             "fallback_steps": record.fallback_steps,
@@ -71,6 +73,23 @@ class Summary:
             },
         }
 
+    def warnings(self) -> list[str]:
+        """What a reader must not overlook, in whole sentences."""
+        record, told = self.record, []
+        if self.interrupted:
+            told.append("The run was interrupted.")
+        if record.blocked_at:
+            told.append(f"{len(record.blocked_at)} steps were blocked, the first one at {record.blocked_at[0]:.6g} s.")
+        if record.overlaps:
+            told.append(f"Bodies overlapped {record.overlaps} times, by {record.overlap_max:.3g} m at most.")
+        if record.budgets_exhausted:
+            told.append(f"The budget of responses was used up in {record.budgets_exhausted} steps.")
+        if record.capped:
+            told.append(f"{record.capped} impacts did not end and were answered without rebound.")
+        if record.fallback_steps:
+            told.append(f"Contacts were held by time-stepping in {record.fallback_steps} steps.")
+        return told
+
     def lines(self) -> list[str]:
         """Aligned text, one figure a line."""
         record, pace, share = self.record, self.wall_per_simulated, self.protocol_share
@@ -87,6 +106,10 @@ class Summary:
             ("worst error", "momentum {:.1e}, angular momentum {:.1e}, energy {:.1e} (relative)".format(*errors)),
             ("overlaps", f"{record.overlaps}, largest {record.overlap_max:.3g} m" if record.overlaps else "none"),
         ]
+        if record.healings:
+            rows.append(
+                ("healings", f"{record.healings} scalings of pinched bodies, {record.worn_mass:.4g} kg worn off")
+            )
         if record.overlaps:
             rows.append(("", "the paper's queue cannot exclude them: docs/method.md, P14 to P16"))
         if self.heave is not None:

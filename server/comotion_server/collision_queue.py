@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 
 from comotion_server.contact_features import ParallelCriteria
 from comotion_server.contact_response import Ledger, Touch, respond
+from comotion_server.meetings import Meeting
 from comotion_server.pair_table import Closeness, PairTable
 from comotion_server.results import Budget, CollisionRecord, Contact
 from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
+BLOCKAGE = 2  # intersections of a pair in a row (P15)
 SAME_TIME = 1e-12  # of the step: collisions closer in time count as simultaneous; rounding of the times is 1e-16 of it
 
 
@@ -44,23 +46,32 @@ class Queue:
 class CollisionQueue:
     """Plays the flights of a world through the collisions of a step."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, before: "CollisionQueue | None" = None) -> None:
+        """`before`: the queue of the same bodies, one of which has another scale now; what it remembers holds on."""
         self.world = world
         self.settings = world.scene.collisions
         self.table = PairTable(world)
         self._criteria = ParallelCriteria(self.table, self.settings) if self.settings.parallel == "paper" else None
         self.now = 0.0
+        self.joined: list[Meeting] = []
+        self.pinched: list[Meeting] = []  # a pair that was found intersecting again and again
+        self.heals = False  # whether `play` stops there
         self._left_out: set[tuple[int, int]] = set()
+        self._in_a_row: dict[tuple[int, int], int] = {}
         self.begin(0.0)
-        self._refuse_overlaps()
+        if before is None:
+            self._refuse_overlaps()
+        else:
+            self.restore(before.checkpoint())
 
-    def checkpoint(self) -> tuple[Any, float]:
+    def checkpoint(self) -> tuple[Any, float, dict[tuple[int, int], int]]:
         """What a step changes: the memory of the pairs and the local clock."""
-        return self.table.checkpoint(), self.now
+        return self.table.checkpoint(), self.now, dict(self._in_a_row)
 
-    def restore(self, kept: tuple[Any, float]) -> None:
+    def restore(self, kept: tuple[Any, float, dict[tuple[int, int], int]]) -> None:
         """Goes back to a checkpoint."""
-        table, self.now = kept
+        table, self.now, in_a_row = kept
+        self._in_a_row = dict(in_a_row)
         self.table.restore(table)
 
     def begin(self, start_time: float) -> None:
@@ -69,14 +80,21 @@ class CollisionQueue:
         self.now, self.start_time = 0.0, start_time
         self.ledger = Ledger()
         self.rounds = 0
+        self.pinched = []
         self._left_out.clear()
 
-    def play(self, until: float) -> None:
-        """Moves all bodies to local time `until` [s], colliding on the way (P10)."""
+    def play(self, until: float) -> float:
+        """Moves all bodies to local time `until` [s], colliding on the way (P10): the time reached.
+
+        It is less where bodies are `pinched`.
+        """
         self.table.refresh(self.now, until)
         while self.rounds < self.settings.budget:
             closeness = self.table.measure(self.now, self.settings.tolerance)
             queue = self._build(closeness, until - self.now)
+            if self.pinched:
+                self.world.advance(self.now)
+                return self.now
             if not len(queue.pairs):
                 break
             self.rounds += 1
@@ -90,6 +108,7 @@ class CollisionQueue:
             self.now += float(queue.seconds[0] / self.settings.substeps)
             self.world.advance_some(self.now, self.table.bodies_in_play)
         self._advance(until)
+        return self.now
 
     def record(self) -> CollisionRecord:
         """What happened since `begin`."""
@@ -160,8 +179,18 @@ class CollisionQueue:
             raise SceneError(problems)
 
     def _count_overlaps(self, closeness: Closeness, overlapping: NDArray[np.bool_]) -> None:
-        """Books the pairs that intersect now and did not at the last sub-step, and the depth of all that do (P8)."""
+        """Books the pairs that intersect now and did not at the last sub-step, and the depth of all that do (P8).
+
+        Two or more intersections of a pair in a row, while it closes, are a blockage (P15).
+        """
+        in_a_row = {}
         for k in np.flatnonzero(overlapping):
+            a, b = map(int, self.table.pairs[k])
             depth = self.table.overlap_depth(int(k), closeness.normal[k])
             self.ledger.books.meet_overlap(depth, new=not self.table.last.overlapping[k])
+            in_a_row[a, b] = self._in_a_row.get((a, b), 0) + 1
+            approach = float(closeness.approach[k])
+            if self.heals and in_a_row[a, b] >= BLOCKAGE and approach > 0.0 and not self.pinched:
+                self.pinched = [Meeting(a, b, closeness.point_b[k], closeness.normal[k], 0.0, depth)]
+        self._in_a_row = in_a_row
         self.table.last.overlapping[:] = overlapping

@@ -88,6 +88,7 @@ class Desk:
         while (question := self._work.get()) is not None:
             self._answer(question)
             del question
+            _deliver(self._service.tell)
 
     def _answer(self, question: Question) -> None:
         """Every request gets exactly one answer, whatever goes wrong (SPEC E5)."""
@@ -111,8 +112,8 @@ def _refuse(question: Question, error: ProtocolError) -> None:
 
 
 def _deliver(send: Callable[[], None]) -> None:
-    """Send an answer; an asker that is gone by now does not hear it, and that is all."""
+    """Send an answer or news; who is gone by now does not hear it, and that is all."""
     try:
         send()
     except Exception:  # any link's own error
-        log.warning("an answer could not be delivered", exc_info=True)
+        log.warning("an answer or news could not be delivered", exc_info=True)

@@ -5,22 +5,23 @@ bodies come to rest on each other (`islands`), no motion satisfies the contacts,
 Between steps it keeps what it knows of pairs.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.exact_scene import queue_of, rules_of, scene_of, solids_of
-from comotion_server.impact_records import impacts_of, soft_impacts_of
+from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_of
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
 from comotion_server.kernels.flight import begin
+from comotion_server.meetings import Meeting
 from comotion_server.queue_room import enlarged
 from comotion_server.results import Blocked, Books, Budget, CollisionRecord, Contact
 from comotion_server.starting_gaps import open_gaps
+from comotion_server.touching import meetings_of
 from comotion_server.world import World
 
 Array = NDArray[np.float64]
@@ -38,15 +39,8 @@ class OverlapError(RuntimeError):
         super().__init__(f'bodies "{body_a}" and "{body_b}" intersect at t = {time:.6g} s; expected a gap between them')
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Joint:
-    """A contact that makes one body of two (P11)."""
-
-    a: int
-    b: int
-    point: Array  # (3,) on b [m]
-    normal: Array  # (3,) from a to b
-    approach: float  # [m/s]
+class _PinchedError(Exception):
+    """Bodies have to change before the step can go on."""
 
 
 def copied(arrays: Any) -> Any:
@@ -74,12 +68,14 @@ class ExactQueue:
         self._frozen: list[int] = []
         self._stopped: dict[int, tuple[Array, Array]] = {}
         self._blocked: list[Blocked] = []
-        self.joined: list[Joint] = []
+        self.joined: list[Meeting] = []  # contacts that make one body of two
+        self.pinched: list[Meeting] = []  # contacts that exclude each other
+        self.heals = False  # whether `play` stops at such contacts
 
     def begin(self, start_time: float) -> None:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
-        self._blocked, self.joined = [], []
+        self._blocked, self.joined, self.pinched = [], [], []
         self.rules = self.islands.rules = self._rules
         self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
@@ -89,24 +85,28 @@ class ExactQueue:
     def play(self, until: float) -> float:
         """Moves all bodies to the local time `until` [s], from where the last call ended: the time reached.
 
-        It is less where bodies `joined` on the way.
+        It is less where bodies `joined` on the way, or are `pinched`.
         """
         if self._elapsed > 0.0:
             for i in self.world.tables:  # on new flights since
                 events.take_off(self.queue, self.scene, i, self._elapsed)
-        while not self.islands.take_up(self._elapsed, until):
-            self._block(self._elapsed, self.islands.blocked)
         code = -1
-        while code not in {events.DONE, events.MERGES}:
-            code = events.play(self.queue, self.scene, self.rules, until)
-            self._help(code, until)
-        self._elapsed = float(self.queue.now[0])
-        self.world.advance(self._elapsed)
-        self.islands.end(self._elapsed)
+        try:
+            while not self.islands.take_up(self._elapsed, until):
+                self._block(self._elapsed, self.islands.blocked)
+            while code not in {events.DONE, events.MERGES}:
+                code = events.play(self.queue, self.scene, self.rules, until)
+                self._help(code, until)
+        except _PinchedError:
+            pass
+        reached = until if code == events.DONE else float(self.queue.now[0])
+        self._elapsed = reached
+        self.world.advance(reached)
+        self.islands.end(reached)
         self._thaw()
         if code == events.MERGES:
             self.joined = self._joints()
-        return self._elapsed
+        return reached
 
     def _help(self, code: int, until: float) -> None:
         """Does what the compiled queue came back for."""
@@ -120,8 +120,8 @@ class ExactQueue:
                 self._block(now, self.islands.blocked)
         elif code == events.BLOCKED:
             cluster = queue.cluster
-            count = cluster.size[CONTACTS]
-            self._block(now, np.unique(cluster.contacts.bodies[:count][cluster.report.certificate[:count]], axis=0))
+            rows = np.flatnonzero(cluster.report.certificate[: cluster.size[CONTACTS]])
+            self._block(now, meetings_of(self.scene, cluster.contacts, rows, ~self.scene.bodies.reacts))
         elif code == events.SPENT:
             self._spend(now)
         elif code == events.STALLED:
@@ -141,26 +141,25 @@ class ExactQueue:
         while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
             self.queue = self.islands.queue = enlarged(self.queue, code)
 
-    def _joints(self) -> list[Joint]:
+    def _joints(self) -> list[Meeting]:
         """The contacts of the cluster that merge, one of each pair of bodies."""
-        cluster, scene = self.queue.cluster, self.scene
-        contacts, found = cluster.contacts, dict[tuple[int, int], Joint]()
+        cluster, bodies = self.queue.cluster, self.scene.bodies
+        contacts, first = cluster.contacts, dict[tuple[int, int], int]()
         for i in range(cluster.size[CONTACTS]):
             a, b = contacts.bodies[i].tolist()
-            if (a, b) not in found and events.joins(scene.bodies, a, b, cluster.restitution[i]):
-                normal = contacts.normal[i].copy()
-                speeds = [
-                    scene.v[j] + np.cross(scene.w[j], arm[i]) for j, arm in ((a, contacts.arm_a), (b, contacts.arm_b))
-                ]
-                approach = float((speeds[0] - speeds[1]) @ normal)
-                found[a, b] = Joint(a, b, scene.x[b] + contacts.arm_b[i], normal, approach)
-        return list(found.values())
+            if events.joins(bodies, a, b, cluster.restitution[i]):
+                first.setdefault((a, b), i)
+        rows = np.array(sorted(first.values()), dtype=np.int64)
+        return meetings_of(self.scene, contacts, rows, np.ones(len(bodies.reacts), dtype=np.bool_))
 
     # what cannot go on
 
-    def _block(self, now: float, pairs: Rows) -> None:
+    def _block(self, now: float, excluded: list[Meeting]) -> None:
         """Prescribed bodies that ask for the impossible stay where they are for the rest of the step (P15)."""
-        scene = self.scene
+        if self.heals:
+            self.pinched = excluded
+            raise _PinchedError
+        scene, pairs = self.scene, np.unique([(meeting.a, meeting.b) for meeting in excluded], axis=0)
         concerned = np.unique(pairs)
         pushing = concerned[~scene.bodies.reacts[concerned] & (scene.v[concerned].any(1) | scene.w[concerned].any(1))]
         self._stop(pushing if len(pushing) else concerned, pairs, now)
@@ -225,9 +224,8 @@ class ExactQueue:
 
     def _contacts(self) -> tuple[Contact, ...]:
         """The impulses of each pair over the step, of impacts and of held contacts."""
-        pairs, held, names = self.queue.pairs, self.islands.record.held, self.world.names
-        rows = np.flatnonzero(pairs.hits)
-        hit = {tuple(pairs.bodies[k].tolist()): (pairs.impulse[k], int(pairs.hits[k])) for k in rows}
+        held, names = self.islands.record.held, self.world.names
+        hit = totals_of(self.queue.log)
         none = np.zeros(3)
         found = []
         for a, b in sorted(hit.keys() | held.keys()):

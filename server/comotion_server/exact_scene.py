@@ -1,17 +1,19 @@
 """A world as the event queue takes it: its shapes, its rules of impact, and room for what the queue remembers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import inf
 
 import numpy as np
 
 from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
+from comotion_server.kernels.contact_manifold import new_patch_work
 from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
-from comotion_server.kernels.solids import MESH, PLANE, Solids
+from comotion_server.kernels.mesh_arrays import MeshArrays
+from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.solids import MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
 from comotion_server.meshes import TriangleMesh
-from comotion_server.meshes.mesh_store import MeshStore
-from comotion_server.scene import Plane
+from comotion_server.scene import Pipe, Plane, Sphere
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
 
@@ -20,20 +22,43 @@ CONTACT_ROOM = 4096  # contact points of one cluster to begin with
 LOG_ROOM = 4096  # contact points of impacts
 
 
-def solids_of(shapes: Sequence[TriangleMesh | Plane]) -> Solids:
-    """The shapes of all bodies."""
+Shape = TriangleMesh | Plane | Sphere | Pipe
+
+
+def solids_of(shapes: Sequence[Shape]) -> Solids:
+    """The shapes of all bodies.
+
+    Raises:
+        TypeError: spheres or pipes among meshes.
+    """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
-    store = MeshStore.build(meshes)
-    numbers = iter(store.shape_of_mesh)
+    if meshes and any(isinstance(shape, Sphere | Pipe) for shape in shapes):
+        raise TypeError("spheres and pipes among meshes: not in this version")
+    arrays, numbers = _stored(meshes) if meshes else (None, iter(()))
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
+    size, axis = np.zeros((count, 4)), np.zeros((count, 3))
     for i, shape in enumerate(shapes):
         if isinstance(shape, TriangleMesh):
             number[i], radius[i], near[i] = next(numbers), 0.5 * shape.size, near_distance(shape)
-        else:
+        elif isinstance(shape, Plane):
             kind[i], normal[i] = PLANE, shape.normal
-    return Solids(store.arrays, kind, number, normal, radius, near)
+        elif isinstance(shape, Sphere):
+            kind[i], radius[i], size[i, RADIUS] = SPHERE, shape.radius, shape.radius
+        elif isinstance(shape, Pipe):
+            half = 0.5 * shape.length
+            kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
+            size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
+    return Solids(arrays, kind, number, normal, radius, near, size, axis)
+
+
+def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:
+    """All meshes as the kernels take them, and the number of each."""
+    from comotion_server.meshes.mesh_store import MeshStore
+
+    store = MeshStore.build(meshes)
+    return store.arrays, iter(store.shape_of_mesh.tolist())
 
 
 def rules_of(scene: SceneModel) -> Rules:
@@ -75,5 +100,6 @@ def queue_of(world: World, solids: Solids) -> Queue:
         PAIRS_PER_BODY * world.body_count + 100,
         CONTACT_ROOM,
         LOG_ROOM,
+        *((None, None) if solids.meshes is None else (new_work(), new_patch_work())),
     )
     return queue

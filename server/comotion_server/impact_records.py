@@ -1,9 +1,12 @@
 """What the event queue wrote down of impacts, as a step gives it back."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from comotion_server.kernels.impact_log import ROWS, ImpactLog
 from comotion_server.results import Impact
 from comotion_server.scene import Collisions
-from comotion_server.touching import SoftImpact
+from comotion_server.touching import Pair, SoftImpact
 
 
 def impacts_of(log: ImpactLog, settings: Collisions, names: tuple[str, ...], start_time: float) -> list[Impact]:
@@ -29,6 +32,18 @@ def impacts_of(log: ImpactLog, settings: Collisions, names: tuple[str, ...], sta
             )
         )
     return impacts
+
+
+def totals_of(log: ImpactLog) -> dict[Pair, tuple[NDArray[np.float64], int]]:
+    """Of each pair of bodies that had impacts: the sum of its impulses (3,) on b [N s], and how many impacts."""
+    found: dict[Pair, tuple[NDArray[np.float64], int]] = {}
+    last: dict[Pair, float] = {}
+    count = log.total[ROWS]
+    for (a, b), time, impulse in zip(log.bodies[:count].tolist(), log.time[:count].tolist(), log.impulse, strict=False):
+        total, impacts = found.get((a, b), (np.zeros(3), 0))
+        found[a, b] = total + impulse, impacts + (last.get((a, b)) != time)
+        last[a, b] = time
+    return found
 
 
 def soft_impacts_of(soft: list[SoftImpact], names: tuple[str, ...], start_time: float) -> list[Impact]:

@@ -12,12 +12,13 @@ An island whose bodies all stand still sleeps: nothing is done until a force on 
 """
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.island import Island
-from comotion_server.kernels.contact_manifold import gap_of_pair, new_patch_work
+from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.contacts import Contacts
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_cluster import gather_about
@@ -42,7 +43,10 @@ from comotion_server.kernels.impact_cluster import (
     new_report,
     settle_velocities,
 )
-from comotion_server.touching import ROUNDING, Judgement, Pair, RestRecord, SoftImpact, Touching
+from comotion_server.touching import ROUNDING, Judgement, Pair, RestRecord, SoftImpact, Touching, meetings_of
+
+if TYPE_CHECKING:
+    from comotion_server.meetings import Meeting
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -75,7 +79,7 @@ class Islands:
         count = len(scene.x)
         self.all: list[Island] = []
         self.record = RestRecord()
-        self.blocked = np.empty((0, 2), dtype=np.int64)  # pairs of bodies whose contacts exclude each other
+        self.blocked: list[Meeting] = []  # contacts that exclude each other, approaching by motion that is given
         self._trial = tuple(array.copy() for array in self.state)
         self._room = np.zeros((count, 3)), np.zeros((count, 3))
         self._acceleration, self._torque, self._force = (np.zeros((count, 3)) for _ in range(3))
@@ -84,7 +88,7 @@ class Islands:
         self._at_once = np.zeros(count, dtype=np.int64)  # and of these, at the last time
         self._last = np.full(count, -1.0)  # which is this [s]
         self._stride = np.inf  # of time-stepping [s]
-        self._work = new_patch_work()
+        self._work = queue.patch_work
 
     @property
     def state(self) -> tuple[Array, ...]:
@@ -288,12 +292,13 @@ class Islands:
         count = cluster.size[CONTACTS]
         cluster.restitution[:count][np.isin(cluster.pair[:count], soft)] = 0.0
         status = answer(queue, scene, self.rules)
-        return self._possible(status, cluster.contacts.bodies[:count], cluster.report.certificate[:count])
+        return self._possible(status, cluster.contacts, cluster.report.certificate[:count])
 
-    def _possible(self, status: int, pairs: Rows, certificate: Mask) -> bool:
-        """Whether there is a motion; otherwise the pairs whose contacts exclude each other are noted."""
+    def _possible(self, status: int, contacts: Contacts, certificate: Mask) -> bool:
+        """Whether there is a motion; otherwise the contacts that exclude each other are noted."""
         if status == BLOCKED:
-            self.blocked = np.unique(pairs[certificate], axis=0)
+            given = ~self.scene.bodies.reacts
+            self.blocked = meetings_of(self.scene, contacts, np.flatnonzero(certificate), given)
         return status != BLOCKED
 
     def _close(self, touching: Touching, found: Judgement, time: float) -> bool:
@@ -304,7 +309,7 @@ class Islands:
         before = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
         parts = (scene.bodies, touching.contacts, count, found.stick, np.zeros(count))
         status = settle_velocities(*parts, *motion, impulse, certificate)
-        if not self._possible(status, touching.contacts.bodies, certificate):
+        if not self._possible(status, touching.contacts, certificate):
             return False
         after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
         self.record.rest_energy += before - after
@@ -405,7 +410,7 @@ class Islands:
                 scene.solids, scene.flights, scene.bodies, contacts, count, members, bodies, free, time, h,
                 self.state, self._trial, course, certificate, self._room,
             )  # fmt: skip
-            if not self._possible(status, contacts.bodies, certificate):
+            if not self._possible(status, contacts, certificate):
                 self._begin(members, self._acceleration, self._torque, time)
                 return False
             stray = straying(scene.bodies, contacts, count, members, course, h, scene.R)
@@ -449,7 +454,7 @@ class Islands:
         impulse, report = np.zeros((count, 3)), new_report(count)
         parts = (scene.bodies, touching.contacts, count, np.zeros(count), touching.friction, TOGETHER)
         status = collide(*parts, scene.v, scene.R, scene.L, scene.w, impulse, report)
-        if not self._possible(status, touching.contacts.bodies, report.certificate[:count]):
+        if not self._possible(status, touching.contacts, report.certificate[:count]):
             for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):
                 array[members] = values
             return False

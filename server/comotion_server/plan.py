@@ -17,6 +17,7 @@ from comotion_server.world import World
 if TYPE_CHECKING:
     from comotion_server.collision_queue import CollisionQueue
     from comotion_server.exact_queue import ExactQueue
+    from comotion_server.paper_analytic import AnalyticQueue
 
 
 @dataclass(slots=True)
@@ -115,19 +116,23 @@ def _decide_collisions(scene: Scene) -> Decision:
     return Decision(kept=True, reason=f'{_plural(pairs, "pair", "pairs")} may collide; rule "{rule}"')
 
 
-def _queue_of(world: World) -> "CollisionQueue | ExactQueue":
+def _queue_of(world: World) -> "CollisionQueue | ExactQueue | AnalyticQueue":
     if world.scene.collisions.rule == "exact":
         from comotion_server.exact_queue import ExactQueue
 
         return ExactQueue(world)
+    if world.scene.collisions.rule == "paper-analytic":
+        from comotion_server.paper_analytic import AnalyticQueue
+
+        return AnalyticQueue(world)
     from comotion_server.collision_queue import CollisionQueue
 
     return CollisionQueue(world)
 
 
 def _build_collisions(world: World) -> Action:
-    if world.scene.collisions.merge:
-        return _build_merging(world)
+    if world.scene.collisions.merge or world.scene.collisions.heal != "off":
+        return _build_changing(world)
     queue = _queue_of(world)
     world.memories.append(queue)
 
@@ -141,15 +146,15 @@ def _build_collisions(world: World) -> Action:
     return collide
 
 
-def _build_merging(world: World) -> Action:
-    from comotion_server.merging import Merging
+def _build_changing(world: World) -> Action:
+    from comotion_server.changing_bodies import ChangingBodies
 
-    merging = Merging(world)
-    world.memories.append(merging)
+    changing = ChangingBodies(world)
+    world.memories.append(changing)
 
     def collide(step: Step) -> None:
         wrenches = step.wrenches.force, step.wrenches.moment
-        step.collisions = merging.step(step.time, step.duration, *wrenches, drifting=step.drifting)
+        step.collisions = changing.step(step.time, step.duration, *wrenches, drifting=step.drifting)
 
     return collide
 
@@ -158,6 +163,13 @@ def _decide_merging(scene: Scene) -> Decision:
     if not scene.collisions.merge or not _decide_collisions(scene).kept:
         return Decision(kept=False, reason="merge = false" if not scene.collisions.merge else "nothing collides")
     return Decision(kept=True, reason="bodies that meet with restitution 0 become one (P11)")
+
+
+def _decide_healing(scene: Scene) -> Decision:
+    if scene.collisions.heal == "off" or not _decide_collisions(scene).kept:
+        return Decision(kept=False, reason='heal = "off"' if scene.collisions.heal == "off" else "nothing collides")
+    count = sum(body.scalable for body in _free_bodies(scene))
+    return Decision(kept=True, reason=f"{_plural(count, 'body', 'bodies')} may be scaled down where pinched (P16)")
 
 
 def _decide_parallel(scene: Scene) -> Decision:
@@ -217,6 +229,7 @@ STAGES = (
     Stage("collisions", _decide_collisions, _build_collisions),
     Stage("frames", _decide_frames),
     Stage("merging", _decide_merging),
+    Stage("healing", _decide_healing),
     Stage("parallel contacts", _decide_parallel),
     Stage("free flight", _decide_free_flight, _build_free_flight),
     Stage("place vertices", _decide_vertices),

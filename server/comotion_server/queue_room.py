@@ -19,7 +19,7 @@ def enlarged(queue: Queue, code: int) -> Queue:
     if code == events.CONTACTS_FULL:
         return queue._replace(cluster=_more_contacts(queue.cluster))
     pairs = _more_pairs(queue.pairs)
-    added = len(pairs.hits) - len(queue.pairs.hits)
+    added = len(pairs.bodies) - len(queue.pairs.bodies)
     cluster = queue.cluster._replace(
         pairs=_grown(queue.cluster.pairs), pair_tick=_grown(queue.cluster.pair_tick, fill=0)
     )
@@ -41,7 +41,7 @@ def _more_contacts(cluster: Gathered) -> Gathered:
 
 
 def _more_pairs(pairs: Pairs) -> Pairs:
-    count, before = len(pairs.hits), int(pairs.free_count[0])
+    count, before = len(pairs.bodies), int(pairs.free_count[0])
     larger: Pairs = new_pairs(len(pairs.first), 2 * count)
     for name, old, new in zip(pairs._fields, pairs, larger, strict=True):
         if name not in {"free", "free_count"}:

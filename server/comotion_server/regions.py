@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.kernels.place import place, place_velocities
+from comotion_server.meshes import TriangleMesh
 from comotion_server.quaternions import quaternions_from_rotations
 from comotion_server.scene import Body, Fixed, Scene
 from comotion_server.world import State
@@ -64,7 +65,7 @@ class Region:
     def _place(self, state: State) -> Array:
         out = np.empty((self.vertex_count, 3))
         for row, first, count, mesh in zip(self.rows, self.first, self.count, self._meshes, strict=True):
-            place(mesh.vertices, state.rotation[row], state.position[row], out[first : first + count])
+            place(_scaled(mesh, state.scale[row]), state.rotation[row], state.position[row], out[first : first + count])
         return out
 
     def velocities(self, state: State) -> Array:
@@ -72,8 +73,15 @@ class Region:
         out = np.empty((self.vertex_count, 3))
         for row, first, count, mesh in zip(self.rows, self.first, self.count, self._meshes, strict=True):
             rows = out[first : first + count]
-            place_velocities(mesh.vertices, state.rotation[row], state.velocity[row], state.spin[row], rows)
+            place_velocities(
+                _scaled(mesh, state.scale[row]), state.rotation[row], state.velocity[row], state.spin[row], rows
+            )
         return out
+
+
+def _scaled(mesh: TriangleMesh, scale: float) -> Array:
+    """Vertices (n,3) of a mesh [m], scaled about the centre of mass."""
+    return mesh.vertices if scale == 1.0 else scale * mesh.vertices
 
 
 @dataclass(frozen=True, slots=True)

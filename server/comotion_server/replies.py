@@ -1,4 +1,4 @@
-"""Replies made from what the simulation returns (SPEC M1, M8)."""
+"""Replies and news made from what the simulation returns (SPEC M1, M8, W3, W4)."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comotion_protocol import limits
 from comotion_protocol import messages as m
 from comotion_server.engine import EngineSample
 from comotion_server.surfaces import Surface
@@ -59,8 +60,36 @@ def step_reply(
         blocked=tuple(map(_blocked, out.blocked)) or None,
         impacts=tuple(map(_impact, out.impacts)) if wants.impacts else None,
         contacts=tuple(map(_contact, out.contacts)) if wants.contacts else None,
+        wear=tuple(map(_wear, out.wear)) or None,
         vertices={name: surfaces[name].send(rows) for name, rows in sample.vertices.items() if surfaces[name].moves},
         **motion_arrays(sample, wants, {name: surface for name, surface in surfaces.items() if surface.moves}, rows),
+    )
+
+
+def state_news(request: m.StepRequest, out: Any, sample: EngineSample, rows: NDArray[np.intp]) -> m.StateNews:
+    """Where the bodies with a surface are at the end of a step."""
+    return m.StateNews(
+        step=request.step,
+        attempt=request.attempt,
+        time=float(out.time),
+        poses=np.ascontiguousarray(sample.poses[rows]),
+        twists=np.ascontiguousarray(sample.twists[rows]),
+    )
+
+
+def events_news(request: m.StepRequest, out: Any) -> m.EventsNews:
+    """What happened in a step."""
+    return m.EventsNews(
+        step=request.step,
+        attempt=request.attempt,
+        time=float(out.time),
+        dt=float(out.dt),
+        status=out.status,
+        budget=_budget(out.budget),
+        books=_books(out.books),
+        blocked=tuple(map(_blocked, out.blocked)) or None,
+        impacts=tuple(map(_impact, out.impacts[: limits.IMPACTS])),
+        contacts=tuple(map(_contact, out.contacts)),
     )
 
 
@@ -123,3 +152,16 @@ def _contact(contact: Any) -> m.Contact:
 def _vector(values: Any) -> m.Vector:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
+
+
+def _wear(wear: Any) -> m.Wear:
+    return m.Wear(
+        time=float(wear.time),
+        body=wear.body,
+        scale=float(wear.scale),
+        depth=float(wear.depth),
+        mass=float(wear.mass),
+        momentum=_vector(wear.momentum),
+        angular_momentum=_vector(wear.angular_momentum),
+        energy=float(wear.energy),
+    )

@@ -1,5 +1,6 @@
 """What a step gives back. Vectors are in the world frame, SI units."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -89,6 +90,20 @@ class Sums:
 
 
 @dataclass(frozen=True, slots=True)
+class Wear:
+    """What a body lost when it was scaled down to be free (P16): it went out of the simulation."""
+
+    time: float  # [s] since the start of the scene
+    body: str  # of a group its first member
+    scale: float  # of the body now, relative to the scene's
+    depth: float  # the overlap that was to be cleared [m]
+    mass: float  # [kg]; 0 where healing is of the geometry only
+    momentum: Array  # (3,) [N s]
+    angular_momentum: Array  # (3,) about the world origin [N m s]
+    energy: float  # kinetic [J]
+
+
+@dataclass(frozen=True, slots=True)
 class CollisionRecord:
     """What the queue did in a step."""
 
@@ -97,6 +112,7 @@ class CollisionRecord:
     books: Books = field(default_factory=Books)
     budget: Budget = Budget(0, 0)
     blocked: tuple[Blocked, ...] = ()
+    wear: tuple[Wear, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,3 +128,39 @@ class StepResult:
     books: Books
     budget: Budget
     blocked: tuple[Blocked, ...] = ()
+    wear: tuple[Wear, ...] = ()
+
+
+def together(records: Sequence[CollisionRecord]) -> CollisionRecord:
+    """What the parts of a step did, as one."""
+    contacts: dict[tuple[str, str], Contact] = {}
+    for contact in (contact for record in records for contact in record.contacts):
+        pair = contact.body_a, contact.body_b
+        before = contacts.get(pair, Contact(*pair, np.zeros(3), 0))
+        held, count = before.held + contact.held, before.count + contact.count
+        contacts[pair] = Contact(*pair, before.impulse + contact.impulse, count, held)
+    books = Books()
+    for part in (record.books for record in records):
+        books.momentum = max(books.momentum, part.momentum)
+        books.angular_momentum = max(books.angular_momentum, part.angular_momentum)
+        books.energy = max(books.energy, part.energy)
+        books.impacts += part.impacts
+        books.rest_energy += part.rest_energy
+        books.shift_work += part.shift_work
+        books.overlaps += part.overlaps
+        books.overlap_max = max(books.overlap_max, part.overlap_max)
+    budgets = [record.budget for record in records]
+    budget = Budget(
+        max(budget.limit for budget in budgets),
+        sum(budget.used for budget in budgets),
+        sum(budget.capped for budget in budgets),
+        sum(budget.fallback for budget in budgets),
+    )
+    return CollisionRecord(
+        tuple(impact for record in records for impact in record.impacts),
+        tuple(contacts[pair] for pair in sorted(contacts)),
+        books,
+        budget,
+        tuple(blocked for record in records for blocked in record.blocked),
+        tuple(wear for record in records for wear in record.wear),
+    )

@@ -1,7 +1,8 @@
 """The service: bytes in, bytes out. A request is decoded, judged by the session, done by the simulation, and answered.
 
-One worker at a time calls `handle` for open, step and close (see `Desk`); for status, `refuse_open` and the coming and
-going of clients any thread may call, at any time. A request that is refused or fails leaves everything as it was.
+One worker at a time calls `handle` for open, step, close and look, and `tell` (see `Desk`); for status, `refuse_open`
+and the coming and going of clients any thread may call, at any time. A request that is refused or fails leaves
+everything as it was.
 """
 
 import secrets
@@ -21,9 +22,10 @@ from comotion_protocol import messages as m
 from comotion_protocol.blocks import Frame
 from comotion_protocol.errors import RemoteProtocolError
 from comotion_protocol.keys import check_run
+from comotion_protocol.link import Audience
 from comotion_protocol.session import Act, Session
 from comotion_server.engine import Engine, EngineSample
-from comotion_server.replies import motion_arrays, plan_lines, step_reply, sums_found
+from comotion_server.replies import events_news, motion_arrays, plan_lines, state_news, step_reply, sums_found
 from comotion_server.step_input import check_dt, check_step, check_sums
 from comotion_server.surfaces import Surface, surface_digest, surfaces_of
 
@@ -63,6 +65,8 @@ class Service:
         self._digest = surface_digest(engine.regions, engine.sample(0.0).vertices)
         self._view: View | None = None
         self._beginning: Beginning | None = None
+        self._audience: Audience | None = None
+        self._untold: tuple[m.StepRequest, Any] | None = None
         # What other threads see, under the lock.
         self._lock = threading.Lock()
         self._clock = clock
@@ -84,6 +88,52 @@ class Service:
                 return self._close(request)
             case m.StatusRequest():
                 return codec.encode_reply(self.status())
+            case m.LookRequest():
+                return self._look()
+
+    def meet(self, audience: Audience) -> None:
+        """From now on tell these what goes on, as far as they listen (SPEC, section W)."""
+        self._audience = audience
+
+    def tell(self) -> None:
+        """Tell the audience how things are, and once of the step accepted last; in the worker, after an answer."""
+        self._tell_progress()
+        untold, self._untold = self._untold, None
+        audience = self._audience
+        if untold is None or audience is None:
+            return
+        request, out = untold
+        if audience.listens("state"):
+            sample = self._engine.sample(0.0, vertices=False)
+            audience.publish("state", codec.encode_news(state_news(request, out, sample, self._rows)))
+        if audience.listens("events"):
+            audience.publish("events", codec.encode_news(events_news(request, out)))
+
+    def _tell_progress(self) -> None:
+        if self._audience is not None and self._audience.listens("progress"):
+            self._audience.publish("progress", codec.encode_news(self.status()))
+
+    def _look(self) -> Frame:
+        """The surfaces as they are (SPEC W1)."""
+        surfaces = surfaces_of(self._engine.regions, "welded")
+        sample = self._engine.sample(0.0)
+        with self._lock:
+            step, attempt = self._session.step, self._session.attempt
+        return codec.encode_reply(
+            m.LookReply(
+                protocol=limits.PROTOCOL,
+                server=self.info,
+                run=self.run,
+                step=step,
+                attempt=attempt,
+                time=float(sample.time),
+                regions=tuple(surface.describe() for surface in surfaces.values()),
+                digest=self._digest,
+                vertices={name: surface.send(sample.vertices[name]) for name, surface in surfaces.items()},
+                triangles={name: surface.triangles for name, surface in surfaces.items()},
+                poses=np.ascontiguousarray(sample.poses[self._rows]),
+            )
+        )
 
     def refuse_open(self) -> None:
         """Raise ProtocolError if an open would be refused now: nobody should wait for a step to hear that."""
@@ -171,7 +221,7 @@ class Service:
         beginning = self._beginning if act is Act.REDO and self._beginning else Beginning(before, view.sent)
         try:
             with self._at_work():
-                reply, sample = self._advance(request, view, beginning)
+                reply, sample, out = self._advance(request, view, beginning)
         except Exception as error:
             self._engine.restore(before)
             if isinstance(error, ValueError):  # the simulation's word for input that it cannot use
@@ -181,10 +231,11 @@ class Service:
         with self._lock:
             self._time = float(self._engine.time)
             self._session.accept(request, frame, reply)
+        self._untold = (request, out)
         return reply
 
-    def _advance(self, request: m.StepRequest, view: View, beginning: Beginning) -> tuple[Frame, EngineSample]:
-        """Take the step from its beginning; the reply and the sample in it, where the next forces will act."""
+    def _advance(self, request: m.StepRequest, view: View, beginning: Beginning) -> tuple[Frame, EngineSample, Any]:
+        """Take the step from its beginning; the reply, the sample in it, where the next forces act, and the result."""
         self._engine.restore(beginning.checkpoint)
         forces = {name: view.surfaces[name].receive(array) for name, array in request.forces.items()}
         if request.wrenches is None:
@@ -197,7 +248,8 @@ class Service:
             check_sums(request, sums_found(out), self._reach(beginning.sent))
         sample = self._sample(view.wants, request.dt_next or request.dt, vertices=view.wants.vertices)
         self._engine.mark_sent(sample)
-        return codec.encode_reply(step_reply(request, out, sample, view.wants, view.surfaces, self._rows)), sample
+        reply = codec.encode_reply(step_reply(request, out, sample, view.wants, view.surfaces, self._rows))
+        return reply, sample, out
 
     def _sample(self, wants: m.Wants, dt: float, *, vertices: bool) -> Any:
         """Where everything is now, or will be in the middle of the next step of dt [s] (SPEC M4)."""
@@ -221,6 +273,7 @@ class Service:
     def _at_work(self) -> Iterator[None]:
         """While the simulation computes: status shows it and counts the time."""
         self._set_computing(computing=True)
+        self._tell_progress()
         started = self._clock()
         try:
             yield

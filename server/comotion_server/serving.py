@@ -58,6 +58,7 @@ def serve(
     )
     with server, desk:  # at the end the desk refuses what waits, and only then the server goes
         server.claim(service.info.instance, on_lost=stop.set)
+        service.meet(server)
         on_ready()
         while not stop.wait(HEED_TIME):
             pass  # Python hears a signal that arrives just before a wait only when the wait is over

@@ -31,6 +31,11 @@ class BodiesView:
         return self._world.names
 
     @property
+    def scale(self) -> Array:
+        """Of the geometry, relative to the scene's, shape (n,): 1 unless healing scaled a body down (P16)."""
+        return self._world.state.scale.copy()
+
+    @property
     def mass(self) -> Array:
         """[kg], shape (n,); nan for a fixed or prescribed body that was given none."""
         return self._world.mass.copy()
@@ -115,7 +120,7 @@ class Simulation:
         done = step.collisions
         status = "blocked" if done.blocked else "ok"
         return StepResult(
-            self.time, dt, status, sums, done.impacts, done.contacts, done.books, done.budget, done.blocked
+            self.time, dt, status, sums, done.impacts, done.contacts, done.books, done.budget, done.blocked, done.wear
         )
 
     def vertices(self, region: str) -> Array:

@@ -4,13 +4,16 @@ Rule `exact` needs a gap between all bodies. Whoever puts a box on a floor puts 
 mesh file can say it, so overlaps up to a millionth of the smaller body are taken as contact.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.contact_manifold import gap_of_pair, new_patch_work
+from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_scene import DELTA, Queue, Scene
 from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
 from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
@@ -30,7 +33,7 @@ def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
     """
     pairs = queue.pairs.bodies
     rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
-    work, touching = new_patch_work(), (0, 0)
+    work, touching = queue.patch_work, (0, 0)
     for _ in range(SWEEPS):
         apart = True
         for k in rows:
@@ -64,7 +67,11 @@ def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float,
 
 def _way_out(scene: Scene, a: int, b: int, gap: float, witness: NDArray[np.int64]) -> tuple[Array, float]:
     """The direction (3,) from a to b, world, along which the bodies overlap least, and how much [m]."""
-    solids, m = scene.solids, scene.solids.meshes
+    solids = scene.solids
+    m: Any = solids.meshes  # None only where all bodies are smooth
+    if are_smooth(solids, a, b):
+        depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
+        return np.array(normal), -depth
     for plane, sign in ((a, 1.0), (b, -1.0)):
         if solids.kind[plane] == PLANE:
             return sign * scene.R[plane] @ solids.normal[plane], max(-gap, 0.0)

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.kernels.contacts import Contacts
+from comotion_server.kernels.event_scene import Scene
+from comotion_server.meetings import Meeting
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -59,6 +61,18 @@ class Touching:
         _, where = np.unique(self.pair, return_inverse=True)
         sums: Array = np.bincount(where, weights=values, minlength=1).astype(np.float64)
         return sums[where]
+
+
+def meetings_of(scene: Scene, contacts: Contacts, rows: Rows, movers: Mask) -> list[Meeting]:
+    """Contacts `rows` of bodies at their states; approaching by the motion of bodies that `movers` marks."""
+    found = []
+    for i in rows.tolist():
+        a, b = contacts.bodies[i].tolist()
+        sides = (a, contacts.arm_a[i]), (b, contacts.arm_b[i])
+        speeds = [movers[j] * (scene.v[j] + np.cross(scene.w[j], arm)) for j, arm in sides]
+        normal = contacts.normal[i].copy()
+        found.append(Meeting(a, b, scene.x[b] + contacts.arm_b[i], normal, float((speeds[0] - speeds[1]) @ normal)))
+    return found
 
 
 @dataclass(slots=True, eq=False)

@@ -9,14 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from comotion_server.meshes import box
+from comotion_server.meshes import TriangleMesh, box
 from comotion_server.plan import Plan
 from comotion_server.quaternions import quaternion_of, rotation_from_quaternion
-from comotion_server.scene import Body, Fixed, Free, Scene
+from comotion_server.scene import Body, Fixed, Free, Plane, Scene, Sphere
 from comotion_server.simulation import Simulation
 
 STEP = 0.01  # [s]
 STEPS = 3
+BALL_STEPS = 60  # until the ball has come down, bounced and rested
 GAP = 0.005  # [m] half of what the falling cube covers in a step: it lands in it
 FALL = np.array([0.0, 0.0, -10.0])  # [m/s2] bends the path, so that one sub-step ends inside the floor (P14)
 TILT = quaternion_of(np.array([0.5, 0.3, 0.0]))  # the cube comes corner first: both criteria of P12 have to be judged
@@ -24,6 +25,30 @@ TILT = quaternion_of(np.array([0.5, 0.3, 0.0]))  # the cube comes corner first: 
 
 def warm_up(scene: Scene) -> None:
     """Compiles the kernels that `scene` can need; the scene itself is not touched."""
+    if any(isinstance(body.shape, TriangleMesh) for body in scene.bodies):
+        _meet_cubes(scene)
+    else:
+        _meet_balls(scene)
+
+
+def _meet_balls(scene: Scene) -> None:
+    """A ball falls onto one that rests on a floor: all that a scene without meshes can need."""
+    inertia, beside = 0.1 * np.eye(3), np.array([0.3, 0.2, 0.5])
+    at, velocity = np.array([0.0, 0.0, 1.5]), np.array([0.0, 0.0, -1.0])
+    bodies = [Body("ball", "ball", Free(), 1.0, inertia, Sphere(0.5), at, velocity=velocity)]
+    if Plan(scene).keeps("collisions"):
+        bodies.append(Body("floor", "floor", Fixed(), np.nan, inertia, Plane(np.array([0.0, 0.0, 1.0]))))
+        bodies.append(Body("seat", "seat", Free(), 1.0, inertia, Sphere(0.5), beside))
+    simulation = Simulation(Scene("warm-up", FALL, STEP, STEP, scene.collisions, tuple(bodies)))
+    wrenches = np.zeros((len(bodies), 6))
+    wrenches[0] = 1e-3  # [N], [N m]: it turns
+    for _ in range(BALL_STEPS):
+        simulation.mark_sent(simulation.sample(1e-3 * STEP))
+        simulation.step(STEP, wrenches=wrenches)
+
+
+def _meet_cubes(scene: Scene) -> None:
+    """A cube meets what a scene of meshes can meet."""
     shape, inertia = box([1.0, 1.0, 1.0]), np.eye(3) / 6.0
     lowest = float((shape.vertices @ rotation_from_quaternion(TILT).T)[:, 2].min())
     at, velocity = np.array([0.0, 0.0, GAP - lowest]), np.array([0.0, 0.0, -1.0])

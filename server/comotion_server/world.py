@@ -40,6 +40,7 @@ class State:
     rotation: Array  # (n,3,3) body to world
     momentum: Array  # (n,3) angular, about the centres of mass
     spin: Array  # (n,3) angular velocity
+    scale: Array  # (n,) of the bodies, relative to the scene's (P16)
 
     def copy(self) -> "State":
         """The same numbers in arrays of their own."""
@@ -195,7 +196,8 @@ def principal_axes(inertia: Array) -> tuple[Array, Array]:
 
 def _initial_state(scene: Scene, bodies: Bodies) -> State:
     count = len(scene.bodies)
-    state = State(*(np.zeros(shape) for shape in ((count, 3), (count, 3), (count, 3, 3), (count, 3), (count, 3))))
+    x, v, R, L, w = ((count, 3), (count, 3), (count, 3, 3), (count, 3), (count, 3))
+    state = State(np.zeros(x), np.zeros(v), np.zeros(R), np.zeros(L), np.zeros(w), np.ones(count))
     for i, body in enumerate(scene.bodies):
         state.position[i] = body.position
         state.rotation[i] = rotation_from_quaternion(body.quaternion)

@@ -23,6 +23,8 @@ HEAVY = (
     "vtk",
     "rich",
     "shtab",
+    "PIL",
+    "websockets",
 )
 
 

@@ -29,7 +29,10 @@ def test_version():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["rnu"], "there is no command 'rnu'; did you mean 'run'?; allowed: run, serve, mock, check, plan, completion"),
+        (
+            ["rnu"],
+            "there is no command 'rnu'; did you mean 'run'?; allowed: run, serve, mock, watch, check, plan, completion",
+        ),
         (["plan", "chanel"], "there is no scene 'chanel'; did you mean 'channel'?; give a scene file"),
         (["run", "drop", "--dt", "0"], "argument --dt: expected a positive number, got '0'"),
         (["run", "drop", "--duration", "nan"], "argument --duration: expected a positive number, got 'nan'"),

@@ -1,30 +1,13 @@
 """The picture of the last state: what is in it, and what draws it."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from cubes_by_hand import MOTION, scene_of
 
 from comotion.outputs import picture
 from comotion.outputs.picture import SIZE, Still, draw
-from comotion.outputs.surface import Surface
 
 matplotlib_image = pytest.importorskip("matplotlib.image", reason="matplotlib is in the extra `view`")
-
-CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # outward
-FACES = np.array([triangle for a, b, c, d in QUADS for triangle in ((a, b, c), (a, c, d))], dtype=np.uint32)
-MOTION = {"floe": "free", "hull": "prescribed", "bank": "fixed"}
-
-
-def scene_of(**centres):
-    """Unit cubes, one region each."""
-    regions, vertices, triangles = [], {}, {}
-    for name, centre in centres.items():
-        body = SimpleNamespace(name=name, first_vertex=0, vertex_count=8)
-        regions.append(SimpleNamespace(name=name, vertex_count=8, bodies=(body,)))
-        vertices[name], triangles[name] = CORNERS + centre, FACES
-    return Surface(regions, vertices, triangles)
 
 
 def brightness(path):
@@ -43,10 +26,12 @@ def test_a_light_floe_and_a_dark_hull_are_seen(tmp_path, monkeypatch, missing):
     drawn_by = draw(tmp_path / "final.png", still)
     assert drawn_by == ("matplotlib" if missing else "pyvista")
     grey = brightness(tmp_path / "final.png")
-    left, right = grey[:, : SIZE[0] // 2], grey[:, SIZE[0] // 2 :]
-    share = 0.01  # of the half picture: each cube covers several times as much
-    assert np.mean(left < 0.3) > share > np.mean(right < 0.3)  # the hull is on the left, and nothing dark on the right
-    assert np.mean((right > 0.75) & (right < 0.98)) > share
+    dark, light = grey < 0.3, (grey > 0.75) & (grey < 0.98)
+    share = 0.01  # of the picture: each cube covers several times as much
+    assert np.mean(dark) > share
+    assert np.mean(light) > share
+    assert np.nonzero(dark)[1].mean() < 0.4 * SIZE[0]  # the hull is on the left
+    assert np.nonzero(light)[1].mean() > 0.55 * SIZE[0]  # and the floe on the right
 
 
 def test_the_view_takes_in_what_moves():

@@ -7,6 +7,7 @@ import math
 import h5py
 import numpy as np
 import pytest
+import trimesh
 from processes import run_command
 
 STEP = 0.005  # [s] of the shipped scenes
@@ -26,7 +27,8 @@ def column(rows, *names):
 @pytest.fixture(scope="module")
 def float_box(tmp_path_factory):
     folder = tmp_path_factory.mktemp("float_box")
-    done = run_command("run", "float_box", "--duration", "1.5", "--out", folder, "--json")
+    options = ("--json", "--frames", "3", "--stl", "0:300:150")
+    done = run_command("run", "float_box", "--duration", "1.5", "--out", folder, *options)
     assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
@@ -34,7 +36,7 @@ def float_box(tmp_path_factory):
 @pytest.fixture(scope="module")
 def drop(tmp_path_factory):
     folder = tmp_path_factory.mktemp("drop")
-    done = run_command("run", "drop", "--out", folder, "--sample", "end", "--resistance-of", "floor")
+    done = run_command("run", "drop", "--out", folder, "--sample", "end", "--resistance-of", "floor", "--frames", "0")
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
@@ -86,6 +88,36 @@ def test_pictures_are_drawn_as_far_as_there_is_something_to_draw(float_box, drop
     assert not (float_box[0] / "resistance.png").exists()
     assert (drop[0] / "final.png").read_bytes().startswith(b"\x89PNG")
     assert (drop[0] / "resistance.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_frames_plots_and_report_are_written(float_box, drop):
+    names = {path.name for path in float_box[0].iterdir()}
+    assert {"animation.gif", "books.png", "step_time.png", "bodies.glb", "impacts.vtkhdf", "steps.csv"} <= names
+    assert len(list((float_box[0] / "frames").glob("*.png"))) == 3
+    assert not (drop[0] / "frames").exists()
+    for folder in (float_box[0], drop[0]):
+        assert "wall time" in (folder / "report.html").read_text()
+    steps = table(float_box[0] / "steps.csv")
+    assert len(steps) == 300
+    assert np.all(column(steps, "wait [s]") > 0.0)
+
+
+def test_stl_files_are_the_surfaces_of_their_steps(float_box):
+    """Corners of the box lie around its centre at the sample time of the step, to the rounding of float32."""
+    folder, _ = float_box
+    files = sorted((folder / "stl").iterdir())
+    assert [path.name.rpartition("_step")[2] for path in files] == ["0000000.stl", "0000150.stl", "0000300.stl"]
+    centres = column(table(folder / "poses.csv"), "x [m]", "y [m]", "z [m]")
+    for path, step in zip(files, (0, 150, 300), strict=True):
+        mesh = trimesh.load_mesh(path)
+        assert mesh.is_watertight
+        np.testing.assert_allclose(mesh.center_mass, centres[step], atol=1e-6)
+
+
+def test_stl_without_a_folder_is_refused():
+    done = run_command("run", "drop", "--stl")
+    assert done.returncode == 2
+    assert done.stderr == "comotion: --stl: say where to write the files by --out DIR\n"
 
 
 def test_impacts_come_when_a_fall_of_half_a_metre_ends(drop):

@@ -40,10 +40,11 @@ def clear(p, q):
 
 def test_names_and_paths():
     assert names() == (
-        *("bounce_mesh", "channel", "channel_thrust", "cradle_cubes", "drop", "float_box", "free_water"),
-        *("jam", "jam_1000", "linked", "push", "staircase", "tumble"),
+        *("billiard", "blockage", "bounce", "bounce_mesh", "channel", "channel_thrust", "cradle", "cradle_cubes"),
+        *("drop", "elastic", "float_box", "free_water", "gas", "jam", "jam_1000", "linked", "pipe", "pipe_capped"),
+        *("push", "ring", "staircase", "tumble"),
     )
-    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are bounce_mesh, channel, channel_thrust"):
+    with pytest.raises(KeyError, match="no shipped scene 'tank'; there are billiard, blockage, bounce, bounce_mesh"):
         path_of("tank")
 
 

@@ -78,7 +78,7 @@ def test_the_vertices_sent_are_those_of_the_body():
     other = framed(free_box("other", (0.2, 0.2, 0.1), 2.0, position=(9, 2, 3)))
     sim = Simulation(scene_of(floe, other))
     sim.step(0.5)
-    np.testing.assert_allclose(sim.vertices("floe"), floe.mesh.vertices + [1.5, 2, 3], atol=1e-15)
+    np.testing.assert_allclose(sim.vertices("floe"), np.add(floe.mesh.vertices, [1.5, 2, 3]), atol=1e-15)
 
 
 def test_bodies_that_merge_keep_their_frames():

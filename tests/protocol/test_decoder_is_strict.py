@@ -1,6 +1,7 @@
 """Whatever bytes come: a message, or a RemoteProtocolError; never anything else, never more memory than the limits."""
 
 import tracemalloc
+from functools import partial
 
 import msgpack
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comotion_protocol import codec, limits, vectors
+from comotion_protocol import codec, keys, limits, vectors
 from comotion_protocol.errors import RemoteProtocolError
 from comotion_protocol.header import pack, unpack
 
@@ -21,12 +22,17 @@ GOLDEN = [
 REPLIES = [
     (message, codec.encode_reply(reply).header, bytes(codec.encode_reply(reply).bulk()))
     for message, reply in vectors.replies().values()
+] + [
+    (kind, codec.encode_news(news).header, bytes(codec.encode_news(news).bulk()))
+    for kind, news in vectors.news().values()
 ]
 DECODERS = {
     "open": codec.decode_open_reply,
     "step": codec.decode_step_reply,
     "close": codec.decode_close_reply,
     "status": codec.decode_status_reply,
+    "look": codec.decode_look_reply,
+    **{news: partial(codec.decode_news, news) for news in keys.NEWS},
 }
 
 anything = st.recursive(
@@ -48,7 +54,7 @@ def tolerant(decode, *arguments):
         codec.encode_error(error)
 
 
-@given(st.sampled_from(["open", "step", "close", "status"]), st.binary(max_size=200), st.binary(max_size=64))
+@given(st.sampled_from(sorted(DECODERS)), st.binary(max_size=200), st.binary(max_size=64))
 def test_random_bytes(message, header, bulk):
     tolerant(codec.decode_request, message, header, bulk)
     tolerant(DECODERS[message], header, bulk)

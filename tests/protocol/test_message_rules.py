@@ -18,7 +18,7 @@ from comotion_protocol import (
     limits,
 )
 from comotion_protocol.messages import UNITS, StepRequest
-from comotion_server.results import Blocked
+from comotion_server.results import Blocked, Wear
 
 DT = 0.5
 PUSH = {"ice": np.ones((4, 3))}
@@ -40,6 +40,7 @@ def test_keys():
         "step": "comotion/1/a/step",
         "close": "comotion/1/a/close",
         "status": "comotion/1/a/status",
+        "look": "comotion/1/a/look",
     }
     assert keys.server_token("a") == "comotion/1/a/alive/server"
     assert keys.instance_token("a", "x2") == "comotion/1/a/alive/instance/x2"
@@ -300,6 +301,31 @@ def test_blocked_bodies_are_named(peers):
         (blocked,) = reply.blocked
         assert (reply.status, blocked.time, blocked.bodies) == ("blocked", 0.25, (hull,))
         assert [(pair.body_a, pair.body_b) for pair in blocked.contacts] == [(hull, wall)]
+
+
+@pytest.mark.rule("M14")
+def test_bodies_that_were_scaled_down_are_listed(peers):
+    with peers.open() as motion:
+        assert motion.step(DT).wear is None
+    floe = peers.engine.bodies.names[0]
+
+    class Crushed(TrivialEngine):
+        def step(self, dt, forces=None, wrenches=None):
+            out = super().step(dt, forces, wrenches)
+            out.wear = (Wear(0.25, floe, 0.5, 0.1, 7.0, np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0, 0.0]), 3.0),)
+            return out
+
+    with Peers("memory", Crushed()) as crushed, crushed.open() as motion:
+        (wear,) = motion.step(DT).wear
+        assert (wear.time, wear.body, wear.scale, wear.depth, wear.mass, wear.energy) == (
+            0.25,
+            floe,
+            0.5,
+            0.1,
+            7.0,
+            3.0,
+        )
+        assert (wear.momentum, wear.angular_momentum) == ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
 
 
 # E: errors -----------------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ DECODE_REPLY = {
     "step": codec.decode_step_reply,
     "close": codec.decode_close_reply,
     "status": codec.decode_status_reply,
+    "look": codec.decode_look_reply,
 }
 
 
@@ -53,6 +54,19 @@ def test_reply_both_ways(name):
     assert vectors.plain(decoded) == case["meaning"] == vectors.plain(reply)
     for message_form in (reply, decoded):
         frame = codec.encode_reply(message_form)
+        assert (frame.header, frame.bulk()) == (header, bulk)
+
+
+@pytest.mark.rule("W3", "W4", "W5", "B12")
+@pytest.mark.parametrize("name", vectors.news())
+def test_news_both_ways(name):
+    kind, news = vectors.news()[name]
+    case = by_name("news.json")[name]
+    header, bulk = bytes.fromhex(case["header"]), bytes.fromhex(case["bulk"])
+    decoded = codec.decode_news(kind, header, bulk)
+    assert vectors.plain(decoded) == case["meaning"] == vectors.plain(news)
+    for news_form in (news, decoded):
+        frame = codec.encode_news(news_form)
         assert (frame.header, frame.bulk()) == (header, bulk)
 
 

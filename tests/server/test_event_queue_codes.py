@@ -68,7 +68,8 @@ def test_a_full_log_stops_before_the_hit():
         times += small.queue.log.time[: small.queue.log.total[0]].tolist()
         clear(small.queue.log)
     times += small.queue.log.time[: small.queue.log.total[0]].tolist()
-    assert times == whole.queue.log.time[: whole.queue.log.total[0]].tolist()
+    # a query taken up again takes other steps to the target gap: a millionth of it is 1e-15 s, which chaos makes larger
+    np.testing.assert_allclose(times, whole.queue.log.time[: whole.queue.log.total[0]], rtol=0.0, atol=1e-12)
 
 
 def test_a_held_body_hands_over_what_hits_it():
@@ -129,17 +130,12 @@ def test_impulses_add_up_to_the_change_of_momentum():
     play = begun(Play(parts))
     before = play.scene.v.copy()
     assert play.play(1.0) == DONE
-    pairs, log = play.queue.pairs, play.queue.log
-    given = np.zeros_like(before)
-    for k in np.flatnonzero(pairs.hits):
-        given[pairs.bodies[k, 0]] -= pairs.impulse[k]
-        given[pairs.bodies[k, 1]] += pairs.impulse[k]
+    log = play.queue.log
     logged = np.zeros_like(before)
     count = log.total[0]
     np.add.at(logged, log.bodies[:count, 1], log.impulse[:count])
     np.add.at(logged, log.bodies[:count, 0], -log.impulse[:count])
     gained = (play.scene.v - before)[1:] / play.scene.bodies.inverse_mass[1:]
-    np.testing.assert_allclose(given[1:], gained, atol=1e-14)
-    np.testing.assert_allclose(logged, given, atol=1e-14)
+    np.testing.assert_allclose(logged[1:], gained, atol=1e-14)
     assert (np.diff(log.time[:count]) >= 0.0).all()
     assert (log.contact_time[:count] >= log.time[:count]).all()

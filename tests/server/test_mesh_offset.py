@@ -1,4 +1,4 @@
-"""Surfaces moved outward: exact where there is an exact answer, at least as far everywhere, refused where they cross."""
+"""Surfaces moved outward: exactly where that is possible, at least so far everywhere, refused where they cross."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_the_way_of_such_a_corner_is_the_shortest():
     normals = normals_of(mesh)
     for corner in range(0, len(ways), 29):
         around = normals[(mesh.triangles == corner).any(axis=1)]
-        rule = {"type": "ineq", "fun": lambda d, n=around: n @ d - 1.0, "jac": lambda d, n=around: n}
+        rule = {"type": "ineq", "fun": lambda d, n=around: n @ d - 1.0, "jac": lambda _, n=around: n}
         best = minimize(lambda d: d @ d, ways[corner], jac=lambda d: 2 * d, constraints=rule, method="SLSQP", tol=1e-14)
         assert ways[corner] == pytest.approx(best.x, abs=1e-6)  # what the peer reaches
 
@@ -121,7 +121,7 @@ def test_a_notch_that_would_close_is_refused_by_the_place():
 
 def two_cubes(gap):
     points, facets = cube()
-    shifted = points + [1.0 + gap, 0.0, 0.0]
+    shifted = np.add(points, [1.0 + gap, 0.0, 0.0])
     return TriangleMesh(np.concatenate([points, shifted]), np.concatenate([facets, np.add(facets, len(points))]))
 
 
@@ -144,7 +144,9 @@ def test_a_corner_that_looks_in_opposite_directions_is_refused():
 
 
 def test_facets_with_one_corner_in_common_that_pierce_each_other_are_found():
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, -1], [0.3, 0.3, 1], [-1, -1, 1], [-1, -1, -1]], float)
+    points = np.array(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, -1], [0.3, 0.3, 1], [-1, -1, 1], [-1, -1, -1]], float
+    )
     assert first_crossing(points, np.array([[0, 1, 2], [0, 3, 4]])) == (0, 1)
     assert first_crossing(points, np.array([[0, 1, 2], [0, 5, 6]])) is None
 

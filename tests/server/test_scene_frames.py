@@ -78,10 +78,10 @@ def test_the_least_clearance_of_an_offset_is_the_offset(scene):
 @pytest.mark.parametrize(
     ("keys", "problem"),
     [
-        ("frame = { scale = 1.0 }", "9: body \"a\".frame.scale: must be greater than 1; got 1.0"),
-        ("frame = { scale = 0.5 }", "9: body \"a\".frame.scale: must be greater than 1; got 0.5"),
-        ("frame = { offset = 0.0 }", "9: body \"a\".frame.offset: must be at least 1e-12 m; got 0.0"),
-        ("frame = { offset = -0.1 }", "9: body \"a\".frame.offset: must be at least 1e-12 m; got -0.1"),
+        ("frame = { scale = 1.0 }", '9: body "a".frame.scale: must be greater than 1; got 1.0'),
+        ("frame = { scale = 0.5 }", '9: body "a".frame.scale: must be greater than 1; got 0.5'),
+        ("frame = { offset = 0.0 }", '9: body "a".frame.offset: must be at least 1e-12 m; got 0.0'),
+        ("frame = { offset = -0.1 }", '9: body "a".frame.offset: must be at least 1e-12 m; got -0.1'),
         ("frame = {}", '9: body "a".frame: must have exactly one of stl, scale, offset; got none'),
         (
             "frame = { scale = 1.1, offset = 0.1 }",
@@ -98,7 +98,9 @@ def test_keys_that_say_no_frame_are_refused(refused, keys, problem):
 
 
 def test_a_plane_has_no_frame(refused):
-    floor = '[[body]]\nname = "f"\nmotion = "fixed"\nshape = { plane = { normal = [0, 0, 1] } }\nframe = { scale = 2.0 }\n'
+    floor = (
+        '[[body]]\nname = "f"\nmotion = "fixed"\nshape = { plane = { normal = [0, 0, 1] } }\nframe = { scale = 2.0 }\n'
+    )
     assert refused(body("") + floor) == '14: body "f".frame: a plane has no frame'
 
 
@@ -125,7 +127,9 @@ def test_a_hollow_in_the_body_is_no_place_for_the_frame(scene, refused):
     write_stl(scene.folder / "cube.stl", *cube())
     points, facets = cube(edge=2.0, offset=3 * (-0.5,))
     hollow, inner = cube(edge=0.25, offset=3 * (0.4,))
-    write_stl(scene.folder / "frame.stl", np.concatenate([points, hollow]), np.concatenate([facets, inner[:, ::-1] + 8]))
+    write_stl(
+        scene.folder / "frame.stl", np.concatenate([points, hollow]), np.concatenate([facets, inner[:, ::-1] + 8])
+    )
     problem = refused(body('frame = { stl = "frame.stl" }', CUBE))
     assert "frame.stl: the corner of the frame at (0.15, 0.15, -0.1) lies inside of the body" in problem
 
@@ -151,7 +155,11 @@ def test_an_open_body_may_have_a_frame_of_its_own_only(scene, refused):
 
 def test_an_offset_that_crosses_itself_is_refused_by_name(scene, refused):
     points, facets = cube()
-    write_stl(scene.folder / "cube.stl", np.concatenate([points, points + [1.1, 0, 0]]), np.concatenate([facets, facets + 8]))
+    write_stl(
+        scene.folder / "cube.stl",
+        np.concatenate([points, np.add(points, [1.1, 0, 0])]),
+        np.concatenate([facets, facets + 8]),
+    )
     problem = refused(body("frame = { offset = 0.06 }", CUBE))
     assert problem.startswith('9: body "a".frame.offset: moved out by 0.06 m, the facets at')
 
@@ -160,12 +168,14 @@ def test_members_of_an_array_share_one_frame_that_is_checked_once(scene, monkeyp
     """So the checks of an array cost the same whatever its number."""
     checked = []
 
-    def count(solid, frame):
+    def count(_, frame):
         checked.append(frame)
         return 0.002
 
     monkeypatch.setattr(frames, "clearance", count)
-    other = body("frame = { offset = 0.002 }", "shape = { prism = { base = 0.3, height = 0.2, thickness = 0.018 } }\n", "b")
+    other = body(
+        "frame = { offset = 0.002 }", "shape = { prism = { base = 0.3, height = 0.2, thickness = 0.018 } }\n", "b"
+    )
     loaded = scene(FLOES.replace("COUNT", "500") + other)
     assert len(loaded.bodies) == 501
     assert {id(one.frame) for one in loaded.bodies} == {id(checked[0])}

@@ -60,14 +60,14 @@ restitution = 1.5
     assert refused(text) == [
         "scene.toml:3: scene.dt: must be greater than 0 s; got -0.005",
         (
-            "scene.toml:5: collisions.rule: must be 'exact', 'paper' or 'paper-advance'; "
+            "scene.toml:5: collisions.rule: must be 'exact', 'paper', 'paper-advance' or 'paper-analytic'; "
             "got \"papr\"; did you mean 'paper'?"
         ),
         "scene.toml:8: body \"hull\".mas: unknown key 'mas'; did you mean 'mass'?",
         'scene.toml:9: body "hull".shape.box.size: must have 3 entries; got [1, 2]',
         'scene.toml:10: body "hull".motion.velocity[1]: must be a number [m/s]; got "a"',
         'scene.toml:11: body "hull".locked: only a free body takes it; this one\'s motion is prescribed',
-        'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism, plane; got stl and box',
+        'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism, plane, sphere, pipe; got stl and box',
         'scene.toml:15: body "b".mass: must be a finite number; got nan',
         "scene.toml:16: body \"b\".density: give either 'mass' or 'density', not both",
         "scene.toml:18: body \"b\".name: 'b' is already the name of the body on line 12",
@@ -141,7 +141,7 @@ restitution = 1.5
         ('mass = 1\nregion = "a/b"', ".region: must be made of letters, digits and _ . + -"),
         ('mass = 1\nmaterial = ""', ".material: must be made of letters"),
         ("mass = 1\nframe = { scales = 1.02 }", ".frame.scales: unknown key 'scales'; did you mean 'scale'?"),
-        ("mass = 1\nscalable = true", ".scalable: unknown key 'scalable'"),
+        ("mass = 1\nsoft = true", ".soft: unknown key 'soft'"),
     ],
 )
 def test_bodies(refused, keys, expected):
@@ -154,8 +154,11 @@ def test_bodies(refused, keys, expected):
 @pytest.mark.parametrize(
     ("shape", "expected"),
     [
-        ("{}", ".shape: must have exactly one of stl, box, prism, plane; got none"),
-        ("{ sphere = { radius = 1 } }", ".shape.sphere: unknown key 'sphere'; allowed: stl, box, prism, plane"),
+        ("{}", ".shape: must have exactly one of stl, box, prism, plane, sphere, pipe; got none"),
+        (
+            "{ torus = { radius = 1 } }",
+            ".shape.torus: unknown key 'torus'; allowed: stl, box, prism, plane, sphere, pipe",
+        ),
         ("{ box = { size = [1, 0, 1] } }", ".shape.box.size[1]: must be at least 1e-12 m; got 0"),
         ("{ box = { size = 1 } }", ".shape.box.size: must be a list of numbers [m]; got 1"),
         ("{ box = 1 }", ".shape.box: must be a table; got 1"),
@@ -188,14 +191,14 @@ def test_shapes(refused, shape, expected):
         (HEAD + "gravity = [0, 0]\n" + BODY + "mass = 1", "scene.toml:5: scene.gravity: must have 3 entries"),
         (
             HEAD + "[collisions]\nrule = 'exakt'\n" + BODY + "mass = 1",
-            "must be 'exact', 'paper' or 'paper-advance'; got \"exakt\"; did you mean 'exact'?",
+            "must be 'exact', 'paper', 'paper-advance' or 'paper-analytic'; got \"exakt\"; did you mean 'exact'?",
         ),
         (HEAD + "[collisions]\nsubsteps = 0\n" + BODY + "mass = 1", "collisions.substeps: must be at least 1; got 0"),
         (
             HEAD + "[collisions]\nsubsteps = 1.5\n" + BODY + "mass = 1",
             "collisions.substeps: must be a whole number; got 1.5",
         ),
-        (HEAD + "[collisions]\nheal = true\n" + BODY + "mass = 1", "collisions.heal: unknown key 'heal'"),
+        (HEAD + "[collisions]\nwarm = true\n" + BODY + "mass = 1", "collisions.warm: unknown key 'warm'"),
         (HEAD + "fluid = 3\n" + BODY + "mass = 1", "scene.fluid: unknown key 'fluid'"),
         ("fluid = 3\n" + HEAD + BODY + "mass = 1", "scene.toml:1: fluid: must be a table; got 3"),
         (

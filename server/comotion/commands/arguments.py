@@ -5,9 +5,12 @@ import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comotion.commands.errors import UserError
+
+if TYPE_CHECKING:
+    from comotion.outputs.stl import StepChoice
 
 
 def add_command(commands: Any, name: str, summary: str, description: str, examples: str) -> argparse.ArgumentParser:
@@ -80,6 +83,23 @@ def positive(text: str) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a positive number, got {text!r}")
     return value
+
+
+def count(text: str) -> int:
+    """A whole number from 0 on."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, got {text!r}")
+    return int(text)
+
+
+def steps(text: str) -> "StepChoice":
+    """Steps, as `--stl` takes them."""
+    from comotion.outputs.stl import StepChoice
+
+    try:
+        return StepChoice.of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def closest(word: str, known: Iterable[str]) -> str:

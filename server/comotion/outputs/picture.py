@@ -4,11 +4,12 @@ pyvista draws it off-screen when its libraries are there, matplotlib's 3-D axes 
 but crashes the process where libEGL or libGL is missing, so both are looked for first.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes.util import find_library
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,33 +17,61 @@ from numpy.typing import NDArray
 from comotion.outputs.surface import Surface
 
 SIZE = (1280, 720)  # [pixels]
-COLOURS = {"free": "#eef4f8", "prescribed": "#37424f", "fixed": "#a8a49c"}  # floes light, hull dark, banks grey
+COLOURS = {"free": "#f1f6fa", "prescribed": "#34404d", "fixed": "#aaa69d"}  # floes light, hull dark, banks grey
 WATER = "#3f86b5"
 SHADOW = "#1d2b36"
+MARK = "#e8541e"  # of impacts
 VIEW_FROM = np.array([-0.75, -1.0, 0.62])  # direction from the middle of the scene to the camera, z up
 GRAPHICS_LIBRARIES = {"EGL": "libegl1", "GL": "libgl1"}  # library: the Debian package that has it
+
+Box = tuple[NDArray[np.float64], NDArray[np.float64]]  # lowest and highest corner [m]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An impact as it is drawn: where [m], how large (1 for the largest of the run), how long ago (0 now, 1 gone)."""
+
+    point: tuple[float, float, float]
+    size: float
+    age: float
 
 
 @dataclass(frozen=True)
 class Still:
-    """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m]."""
+    """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m].
+
+    `seen`, points [m] of shape (n, 3), is what the view takes in; what moves unless told otherwise.
+    """
 
     surface: Surface
     motion: Mapping[str, str]
     water_level: float | None
+    seen: NDArray[np.float64] | None = None
 
     def colour(self, body: str) -> str:
         """Colour of a body by the way it moves."""
         return COLOURS[self.motion.get(body, "free")]
 
+    def moves(self, body: str) -> bool:
+        """Whether a body may move."""
+        return self.motion.get(body, "free") != "fixed"
+
     @property
-    def box(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lowest and highest corner [m] of what moves, a little enlarged; of everything when nothing moves."""
-        moving = [b for b in self.surface.bodies if self.motion.get(b.name, "free") != "fixed"] or self.surface.bodies
-        points = np.concatenate([self.surface.points_of(body) for body in moving])
-        low, high = points.min(axis=0), points.max(axis=0)
+    def points_seen(self) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), that the view takes in."""
+        return self.moving_points() if self.seen is None else self.seen
+
+    @property
+    def box(self) -> Box:
+        """Lowest and highest corner [m] of what is seen, a little enlarged."""
+        low, high = self.points_seen.min(axis=0), self.points_seen.max(axis=0)
         margin = 0.05 * float(np.linalg.norm(high - low))
         return low - margin, high + margin
+
+    def moving_points(self) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), of what moves; of everything when nothing moves."""
+        moving = [body for body in self.surface.bodies if self.moves(body.name)] or self.surface.bodies
+        return np.concatenate([self.surface.points_of(body) for body in moving])
 
     @property
     def shadow_height(self) -> float:
@@ -51,10 +80,23 @@ class Still:
             return self.water_level
         lowest = {body.name: self.surface.points_of(body)[:, 2].min() for body in self.surface.bodies}
         highest = {body.name: self.surface.points_of(body)[:, 2].max() for body in self.surface.bodies}
-        floor = min((z for name, z in lowest.items() if self.motion.get(name, "free") != "fixed"), default=np.inf)
+        floor = min((z for name, z in lowest.items() if self.moves(name)), default=np.inf)
         slack = 0.01 * float(np.ptp(self.surface.points[:, 2]))  # a body at rest may overlap its floor by a little
-        tops = [z for name, z in highest.items() if self.motion.get(name) == "fixed" and z <= floor + slack]
+        tops = [z for name, z in highest.items() if not self.moves(name) and z <= floor + slack]
         return float(max(tops, default=min(lowest.values())))
+
+
+class Painter(Protocol):
+    """Draws a still again and again, as its surface moves. A context manager."""
+
+    name: str  # of the library
+
+    def paint(self, path: Path, marks: Sequence[Mark] = (), caption: str = "") -> None:
+        """Draw the surface as it is now into a PNG file."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...
 
 
 def missing_graphics() -> list[str]:
@@ -62,14 +104,19 @@ def missing_graphics() -> list[str]:
     return [package for library, package in GRAPHICS_LIBRARIES.items() if find_library(library) is None]
 
 
+def painter(still: Still) -> Painter:
+    """The best painter that can be had."""
+    if find_spec("pyvista") is not None and not missing_graphics():
+        from comotion.outputs.picture_pyvista import ShadedPainter
+
+        return ShadedPainter(still)
+    from comotion.outputs.picture_matplotlib import PlainPainter
+
+    return PlainPainter(still)
+
+
 def draw(path: Path, still: Still) -> str:
     """Draw into a PNG file; returns what drew it."""
-    if find_spec("pyvista") is not None and not missing_graphics():
-        from comotion.outputs.picture_pyvista import draw_shaded
-
-        draw_shaded(path, still)
-        return "pyvista"
-    from comotion.outputs.picture_matplotlib import draw_plain
-
-    draw_plain(path, still)
-    return "matplotlib"
+    with painter(still) as hand:
+        hand.paint(path)
+        return hand.name

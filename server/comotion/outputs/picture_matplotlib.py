@@ -1,7 +1,8 @@
 """The picture by matplotlib's 3-D axes, where pyvista cannot draw: faces shaded by their angle to the light."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -10,28 +11,49 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from comotion.outputs.picture import SIZE, VIEW_FROM, WATER, Still
+from comotion.outputs.picture import MARK, SIZE, VIEW_FROM, WATER, Mark, Still
 
 DPI = 100
 LIGHT = np.array([-0.4, -0.5, 1.0]) / np.linalg.norm([-0.4, -0.5, 1.0])
 AMBIENT = 0.55  # share of the light that reaches faces turned away
 
 
-def draw_plain(path: Path, still: Still) -> None:
-    """Draw into a PNG file."""
-    figure = Figure(figsize=(SIZE[0] / DPI, SIZE[1] / DPI), dpi=DPI)
-    FigureCanvasAgg(figure)
-    axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
-    low, high = still.box
-    if still.water_level is not None:
-        _add_water(axes, low, high, still.water_level)
-    _add_faces(axes, still)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.3)
-    across = np.linalg.norm(VIEW_FROM[:2])
-    axes.view_init(elev=np.degrees(np.arctan2(VIEW_FROM[2], across)), azim=np.degrees(np.arctan2(*VIEW_FROM[1::-1])))
-    axes.set_axis_off()
-    figure.savefig(path)
+class PlainPainter:
+    """See `Painter`."""
+
+    name = "matplotlib"
+
+    def __init__(self, still: Still) -> None:
+        self._still = still
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def paint(self, path: Path, marks: Sequence[Mark] = (), caption: str = "") -> None:
+        """See `Painter`."""
+        still = self._still
+        figure = Figure(figsize=(SIZE[0] / DPI, SIZE[1] / DPI), dpi=DPI)
+        FigureCanvasAgg(figure)
+        axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
+        low, high = still.box
+        if still.water_level is not None:
+            _add_water(axes, low, high, still.water_level)
+        _add_faces(axes, still)
+        for mark in marks:
+            size = 30 + 300 * mark.size
+            axes.scatter(*mark.point, s=size, facecolors="none", edgecolors=MARK, alpha=1 - mark.age, depthshade=False)
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        axes.set_box_aspect(high - low, zoom=1.3)
+        across = np.linalg.norm(VIEW_FROM[:2])
+        axes.view_init(
+            elev=np.degrees(np.arctan2(VIEW_FROM[2], across)), azim=np.degrees(np.arctan2(*VIEW_FROM[1::-1]))
+        )
+        axes.set_axis_off()
+        figure.text(0.02, 0.95, caption, fontsize=14, color="#26323c")
+        figure.savefig(path)
 
 
 def _add_faces(axes: Any, still: Still) -> None:

@@ -24,7 +24,8 @@ class Surface:
     """Points of all regions in the order of the regions, with the triangles between them.
 
     `points` [m], shape (n, 3), world frame, is replaced as vertices arrive; `triangles`, shape (m, 3), and
-    `body_of_triangle`, shape (m,), an index into `bodies` (which are in the order of their names), stay.
+    `body_of_triangle`, shape (m,), and `body_of_point`, shape (n,), indices into `bodies` (which are in the order of
+    their names), stay.
     """
 
     def __init__(
@@ -45,10 +46,10 @@ class Surface:
         self.bodies = tuple(sorted(bodies, key=lambda body: body.name))
         self.triangles = np.concatenate(lists)
         self.points = np.zeros((first, 3))
-        body_of_point = np.empty(first, dtype=np.int64)
+        self.body_of_point = np.empty(first, dtype=np.int64)
         for row, body in enumerate(self.bodies):
-            body_of_point[body.first : body.first + body.count] = row
-        self.body_of_triangle = body_of_point[self.triangles[:, 0]]
+            self.body_of_point[body.first : body.first + body.count] = row
+        self.body_of_triangle = self.body_of_point[self.triangles[:, 0]]
         self.update(vertices)
 
     def update(self, vertices: Mapping[str, NDArray[np.float64]]) -> None:

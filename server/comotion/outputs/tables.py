@@ -1,4 +1,4 @@
-"""The CSV tables of a run: poses, fluid wrenches, impacts, contacts.
+"""The CSV tables of a run: poses, fluid wrenches, impacts, contacts, wear.
 
 Quaternions are (w, x, y, z), body to world; everything else is in the world frame; `time` is the time at which the row
 holds. Python writes the shortest digits that read back to the same float64.
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from comotion.outputs.csv_table import CsvTable
 
 if TYPE_CHECKING:
-    from comotion_protocol.messages import Contact, Impact
+    from comotion_protocol.messages import Contact, Impact, Wear
 
 POSES = (
     *("time [s]", "body", "x [m]", "y [m]", "z [m]", "qw", "qx", "qy", "qz"),
@@ -30,17 +30,22 @@ CONTACTS = (
     *("time [s]", "body_a", "body_b", "jx [N s]", "jy [N s]", "jz [N s]", "count"),
     *("held_x [N s]", "held_y [N s]", "held_z [N s]"),
 )
+WEAR = (
+    *("time [s]", "body", "scale", "depth [m]", "mass [kg]", "px [N s]", "py [N s]", "pz [N s]"),
+    *("lx [N m s]", "ly [N m s]", "lz [N m s]", "energy [J]"),
+)
 NOTHING = (0.0, 0.0, 0.0)
 
 
 class Tables:
-    """The four tables in one folder."""
+    """The tables in one folder."""
 
     def __init__(self, folder: Path) -> None:
         self._poses = CsvTable(folder / "poses.csv", POSES)
         self._wrenches = CsvTable(folder / "wrenches.csv", WRENCHES)
         self._impacts = CsvTable(folder / "impacts.csv", IMPACTS)
         self._contacts = CsvTable(folder / "contacts.csv", CONTACTS)
+        self._wear = CsvTable(folder / "wear.csv", WEAR)
 
     def write_poses(
         self, time: float, names: Sequence[str], poses: NDArray[np.float64], twists: NDArray[np.float64]
@@ -67,7 +72,13 @@ class Tables:
             (time, pair.body_a, pair.body_b, *pair.impulse, pair.count, *(pair.held or NOTHING)) for pair in contacts
         )
 
+    def write_wear(self, wear: Iterable["Wear"]) -> None:
+        """Every scaling of a body that was pinched, and what went with the mass it lost."""
+        for worn in wear:
+            lost = (worn.mass, *worn.momentum, *worn.angular_momentum, worn.energy)
+            self._wear.write([(worn.time, worn.body, worn.scale, worn.depth, *lost)])
+
     def close(self) -> None:
-        """Close all four files."""
-        for table in (self._poses, self._wrenches, self._impacts, self._contacts):
+        """Close all files."""
+        for table in (self._poses, self._wrenches, self._impacts, self._contacts, self._wear):
             table.close()

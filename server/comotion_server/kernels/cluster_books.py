@@ -4,14 +4,12 @@ What fixed, prescribed, locked or non-reacting bodies take is external: only the
 directions take up counts. Legend: as in `books`; ledger (7,): momentum, angular momentum about a point c, energy.
 """
 
-import numpy as np
-
 from comotion_server.kernels.books import carried, errors, size_of
 from comotion_server.kernels.cluster_rows import arm_to_middle
 from comotion_server.kernels.flight import SPIN_FREE
 from comotion_server.kernels.impact_cluster import LOST, WORK
-from comotion_server.kernels.jit import jit, lean_jit
-from comotion_server.kernels.vectors import cross, row, scaled, sub
+from comotion_server.kernels.jit import lean_jit
+from comotion_server.kernels.vectors import cross, lever, row, scaled, sub
 
 
 @lean_jit
@@ -31,7 +29,7 @@ def _taken_up(bodies, i, x, arm, J, c, ledger):
     """Adds what impulse J at `arm` from the centre of body i gives to what it carries."""
     if not bodies.reacts[i]:
         return
-    W, spin, turn = row(bodies.inverse_mass, i), bodies.spin[i], cross(arm, J)
+    W, spin, turn = row(bodies.inverse_mass, i), bodies.spin[i], lever(arm, J)
     p = (J[0] if W[0] > 0.0 else 0.0, J[1] if W[1] > 0.0 else 0.0, J[2] if W[2] > 0.0 else 0.0)
     m = cross(sub(row(x, i), c), p)
     for k in range(3):
@@ -50,10 +48,9 @@ def given_by(bodies, contacts, count, x, impulse, book, c, ledger):
     ledger[6] = book[WORK] - book[LOST]
 
 
-@jit
-def audit(before, after, given, scale, worst):
-    """Relative errors of the balance; worst (3,) keeps the largest ever."""
-    found = np.empty(3)
+@lean_jit
+def audit(before, after, given, scale, found, worst):
+    """Relative errors of the balance, to found (3,); worst (3,) keeps the largest ever."""
     for k in range(3):
         scale[k] = max(scale[k], 1e-300)
     errors(before, after, given, scale, found)

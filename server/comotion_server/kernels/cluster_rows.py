@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, inertia_about
-from comotion_server.kernels.jit import jit
-from comotion_server.kernels.vectors import cross, dot, row
+from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.vectors import dot, lever, row
 
 NOT_REACTING = -1
 
@@ -107,7 +107,7 @@ def cluster_of(bodies, contacts, count, R):
 @jit
 def fill_part(ease, axes, arm, direction, sign, part):
     """A row's numbers (6,) at one body: sign times the speed of its point at `arm` along `direction`."""
-    turn = cross(arm, direction)
+    turn = lever(arm, direction)
     for k in range(3):
         part[k] = sign * direction[k] * ease[k]
         part[3 + k] = sign * dot(row(axes, k), turn) * ease[3 + k]
@@ -131,7 +131,7 @@ def rows_along(cluster, contacts, directions):
     return rows
 
 
-@jit
+@lean_jit
 def arm_to_middle(contacts, i, side):
     """From the centre of a (side 0) or b (side 1) to the middle of the gap of contact i."""
     n, half = row(contacts.normal, i), 0.5 * contacts.gap[i]
@@ -146,7 +146,7 @@ def arm_to_middle(contacts, i, side):
 def given_speed(bodies, i, v, w, arm, direction):
     """Speed along `direction` of the point at `arm` of body i that impacts cannot change."""
     spin, total = bodies.spin[i], 0.0
-    turn = cross(arm, direction)
+    turn = lever(arm, direction)
     for k in range(3):
         if not bodies.reacts[i] or bodies.inverse_mass[i, k] == 0.0:
             total += direction[k] * v[i, k]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_hull import PatchPoints, hull, lower_points, new_points, view_along
 from comotion_server.kernels.contact_normals import (
     FULL,
@@ -22,8 +23,11 @@ from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
-from comotion_server.kernels.mesh_pair import closest_points, relative_rotation, work_space
+from comotion_server.kernels.mesh_pair import closest_points, work_space
+from comotion_server.kernels.rotation import relative_rotation
+from comotion_server.kernels.smooth_contact import smooth_manifold
 from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, row, scaled, sub
 
@@ -158,6 +162,25 @@ def _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, wor
 
 
 @jit
+def _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+    """`manifold` of two meshes, or of a mesh and a plane."""
+    slope = max(angle, FLAT)
+    limit = max(reach, level) if angle > 0.0 else reach
+    if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
+        return _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
+    return _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
+
+
+@jit
+def _no_manifold(*_):
+    """There are no such pairs."""
+    return 0
+
+
+_other_manifold = by_shapes(_flat_manifold, _no_manifold)
+
+
+@jit
 def manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
     """All points of contact of bodies a < b at this pose; how many rows, or FULL where there is no room for them.
 
@@ -167,26 +190,18 @@ def manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
     angle > 0 [rad]: faces and edges within this angle count as level, and points of such a patch up to the gap `level`
     [m]; angle = 0: points up to `reach` alone. Rows are written to contacts[first :]; work: of `new_patch_work`.
     """
-    slope = max(angle, FLAT)
-    limit = max(reach, level) if angle > 0.0 else reach
+    if are_smooth(solids, a, b):
+        return smooth_manifold(solids, a, b, x, R, reach, contacts, first)
     if solids.kind[a] == PLANE and solids.kind[b] == PLANE:
         return 0
-    if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
-        return _mesh_on_plane(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
-    return _meshes(solids, a, b, x, R, reach, slope, limit, contacts, first, work)
+    return _other_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
 
 
 @jit
-def gap_of_pair(solids, a, b, x, R, limit, witness, work):
-    """The distance of two bodies [m], exact below `limit`, otherwise a lower bound that is not below it.
-
-    In and out: witness (2,) int64, the closest triangles (over all shapes), to begin with; -1: none. Not used, and left
-    alone, where one is a plane; from a plane the distance is negative below it. Two planes never meet: inf.
-    """
+def _flat_gap(solids, a, b, x, R, limit, witness, work):
+    """`gap_of_pair` of two meshes, or of a mesh and a plane."""
     m = solids.meshes
     if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
-        if solids.kind[a] == solids.kind[b]:
-            return inf
         mesh, plane = (a, b) if solids.kind[b] == PLANE else (b, a)
         n = rotated(R[plane], row(solids.normal, plane))
         height = dot(n, sub(row(x, mesh), row(x, plane)))
@@ -200,3 +215,26 @@ def gap_of_pair(solids, a, b, x, R, limit, witness, work):
         m, shape_a, shape_b, work.R, t, limit, witness[0], witness[1], work.walk
     )
     return distance
+
+
+@jit
+def _no_gap(*_):
+    """There are no such pairs."""
+    return inf
+
+
+_other_gap = by_shapes(_flat_gap, _no_gap)
+
+
+@jit
+def gap_of_pair(solids, a, b, x, R, limit, witness, work):
+    """The distance of two bodies [m], exact below `limit`, otherwise a lower bound that is not below it.
+
+    In and out: witness (2,) int64, the closest triangles (over all shapes), to begin with; -1: none. Not used, and left
+    alone, where one is a plane; from a plane the distance is negative below it. Two planes never meet: inf.
+    """
+    if are_smooth(solids, a, b):
+        return smooth_gap(solids, a, b, row(x, a), row(x, b), R[a], R[b])[0]
+    if solids.kind[a] == PLANE and solids.kind[b] == PLANE:
+        return inf
+    return _other_gap(solids, a, b, x, R, limit, witness, work)

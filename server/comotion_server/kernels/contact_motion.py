@@ -11,11 +11,13 @@ comes from the edges' turning, or from the points' own motion, where these make 
 from math import inf
 from typing import NamedTuple
 
+from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
 from comotion_server.kernels.contact_overlap import crossing, foot
-from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS
+from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
+from comotion_server.kernels.smooth_contact import refresh_smooth
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.vectors import (
     ZERO,
@@ -163,14 +165,8 @@ def _relative_velocity(pair, p, q):
 
 
 @lean_jit
-def refresh(solids, contacts, i, x, v, R, w):
-    """Row i of the contacts at another pose and other velocities of its two bodies: (margin, opening, bias).
-
-    x, v, w (n, 3), R (n, 3, 3) of all bodies, world. In place: normal, arms and gap of the row; a corner on a flat face
-    goes from triangle to triangle. margin [m]: inside the face or the edges, above zero while it lies on them; inf for
-    a plane, or far from edges. opening: speed of the gap [m/s]. bias [m/s2]: its second derivative is
-    n . (a_b + alpha_b x arm_b - a_a - alpha_a x arm_a) + bias with accelerations a of the centres and alpha.
-    """
+def _refresh_flat(solids, contacts, i, x, v, R, w):
+    """`refresh` of a row of two meshes, or of a mesh and a plane."""
     a, b = contacts.bodies[i, 0], contacts.bodies[i, 1]
     pair = Pair(a, b, sub(row(x, b), row(x, a)), sub(row(v, b), row(v, a)), row(w, a), row(w, b))
     kind = contacts.kind[i]
@@ -189,3 +185,26 @@ def refresh(solids, contacts, i, x, v, R, w):
     bias = dot(n, sub(inward_b, inward_a)) + 2.0 * dot(turning, velocity) - gap * dot(turning, turning)
     contacts.normal[i], contacts.arm_a[i], contacts.arm_b[i], contacts.gap[i] = n, found.p, arm_b, gap
     return found.margin + KEPT * ON_FEATURE * smaller_size(solids, a, b), dot(n, velocity), bias
+
+
+@lean_jit
+def _refresh_none(*_):
+    """There are no such rows."""
+    return inf, 0.0, 0.0
+
+
+_refresh_others = by_shapes(_refresh_flat, _refresh_none)
+
+
+@lean_jit
+def refresh(solids, contacts, i, x, v, R, w):
+    """Row i of the contacts at another pose and other velocities of its two bodies: (margin, opening, bias).
+
+    x, v, w (n, 3), R (n, 3, 3) of all bodies, world. In place: normal, arms and gap of the row; a corner on a flat face
+    goes from triangle to triangle. margin [m]: inside the face or the edges, above zero while it lies on them; inf for
+    a plane, or far from edges. opening: speed of the gap [m/s]. bias [m/s2]: its second derivative is
+    n . (a_b + alpha_b x arm_b - a_a - alpha_a x arm_a) + bias with accelerations a of the centres and alpha.
+    """
+    if contacts.kind[i] == SMOOTH:
+        return refresh_smooth(solids, contacts, i, x, v, R, w)
+    return _refresh_others(solids, contacts, i, x, v, R, w)

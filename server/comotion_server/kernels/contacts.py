@@ -12,6 +12,7 @@ EDGES = 2  # two edges, normal to both; features: both vertices of a's, both of 
 CROSSING_A = 3  # two edges that cross in the plane of a face of a; features as EDGES, then that triangle
 CROSSING_B = 4  # the same in the plane of a face of b
 POINTS = 5  # a vertex on a vertex or on an edge, where no plane explains the gap; features as EDGES, a vertex with -1
+SMOOTH = 6  # a sphere on a sphere, a plane or a pipe; features: the part of the pipe, then -1
 
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 

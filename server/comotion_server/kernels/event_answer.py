@@ -1,13 +1,11 @@
 """What happens at a hit: the contact points of the cluster, the answer of the law, and what is written down of it."""
 
-import numpy as np
-
 from comotion_server.kernels.cluster_books import audit, carried_by, given_by
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS
 from comotion_server.kernels.impact_cluster import BLOCKED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
-from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.time_of_impact import CLOSING
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
 
@@ -25,17 +23,15 @@ def opening_speed(scene, contacts, i):
 
 @lean_jit
 def note_impacts(queue, scene):
-    """A row of the log for each contact point that took part, and the sums and memory of the pairs."""
+    """A row of the log for each contact point that took part, and the memory of the pairs."""
     cluster, log, pairs, time = queue.cluster, queue.log, queue.pairs, queue.now[0]
     contacts, report = cluster.contacts, cluster.report
     count = log.total[ROWS]
     for i in range(cluster.size[CONTACTS]):
         k, J = cluster.pair[i], row(cluster.impulse, i)
-        pairs.impulse[k] = add(row(pairs.impulse, k), J)
         opening = opening_speed(scene, contacts, i)
         again = pairs.hit_time[k] == time
         pairs.hit_speed[k] = max(opening, pairs.hit_speed[k] if again else 0.0)
-        pairs.hits[k] += 0 if again else 1
         pairs.hit_time[k] = time
         approach = report.approach[i]
         if approach <= 0.0 and length(J) == 0.0:
@@ -84,14 +80,15 @@ def contacts_of(queue, scene, rules):
     return True
 
 
-@jit
+@lean_jit
 def answer(queue, scene, rules):
     """Let the law answer the cluster; write down what happened. The law's status."""
     cluster, bodies = queue.cluster, scene.bodies
     contacts, count = cluster.contacts, cluster.size[CONTACTS]
     members = cluster.bodies[: cluster.size[BODIES]]
     point = add(row(scene.x, contacts.bodies[0, 1]), row(contacts.arm_b, 0))
-    before, after, given, scale = np.empty(7), np.empty(7), np.empty(7), np.zeros(3)
+    before, after, given, scale = cluster.ledgers[0], cluster.ledgers[1], cluster.ledgers[2], cluster.ledgers[3]
+    scale[:] = 0.0
     state = (scene.x, scene.v, scene.L, scene.w)
     carried_by(bodies, members, *state, point, before, scale)
     parts = (cluster.restitution, cluster.friction, rules.law)
@@ -102,6 +99,6 @@ def answer(queue, scene, rules):
         return status
     carried_by(bodies, members, *state, point, after, scale)
     given_by(bodies, contacts, count, scene.x, cluster.impulse, cluster.report.book, point, given)
-    audit(before, after, given, scale, queue.log.books)
+    audit(before, after, given, scale, cluster.ledgers[4], queue.log.books)
     note_impacts(queue, scene)
     return status

@@ -23,10 +23,12 @@ from comotion_server.kernels.event_scene import (
     ITEMS,
     LEFT,
     LONGEST_RUN,
+    NOW,
     ROOMS,
     ROW,
     RUN,
     TIMER,
+    UNTIL,
 )
 from comotion_server.kernels.flight import SPIN_NONE, begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
@@ -38,6 +40,7 @@ from comotion_server.kernels.pair_bounds import apart_for
 from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
 from comotion_server.kernels.solid_impact import advance_pair
 from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.sphere_impact import foresee, has_closed_form
 from comotion_server.kernels.time_of_impact import (
     MEETS,
     OVERLAPS,
@@ -64,6 +67,20 @@ def rank_of(queue, k):
 @lean_jit
 def _put_pair(queue, k, time):
     put(queue.heap, 2 * len(queue.held) + k, time, rank_of(queue, k))
+
+
+@lean_jit
+def _put_again(queue, scene, k):
+    """Put pair k, of which nothing is known beyond its proven time: at its contact where that has a closed form."""
+    pairs = queue.pairs
+    memory, a, b = pairs.memory[k], pairs.bodies[k, 0], pairs.bodies[k, 1]
+    if has_closed_form(scene.solids, scene.flights, a, b):
+        queue.tally[ASKED] += 1
+        foresee(scene.solids, scene.flights, a, b, pairs.tolerance[k], queue.now[UNTIL], memory)
+    if memory[TIME] < inf:
+        _put_pair(queue, k, memory[TIME])
+    else:
+        take_out(queue.heap, 2 * len(queue.held) + k)
 
 
 @lean_jit
@@ -100,7 +117,7 @@ def look_around(queue, scene, i, time):
     link = pairs.first[i]
     while link >= 0:
         after, k, j = pairs.next[link], link >> 1, partner(pairs, link)
-        if pairs.hits[k] == 0 and not rooms_meet(cells, i, j):
+        if not rooms_meet(cells, i, j):
             take_out(queue.heap, 2 * len(queue.held) + k)
             part(pairs, k)
         link = after
@@ -117,7 +134,7 @@ def look_around(queue, scene, i, time):
         k = join(pairs, i, j, time, tolerance)
         if k == NO_ROW:
             return False
-        _put_pair(queue, k, time)
+        _put_again(queue, scene, k)
     return True
 
 
@@ -142,7 +159,7 @@ def take_off(queue, scene, i, time):
     while link >= 0:
         k = link >> 1
         forget_flight(pairs.memory[k], time)
-        _put_pair(queue, k, time)
+        _put_again(queue, scene, k)
         link = pairs.next[link]
     _time_room(queue, scene, i, time)
 
@@ -161,17 +178,16 @@ def begin_step(queue, scene, elapsed):
     """All bodies are on new flights from local time 0, where the scene has their states; 0 was `elapsed` [s] before."""
     pairs, flights, R = queue.pairs, scene.flights, np.empty((3, 3))
     clear(queue.log)
-    queue.now[0] = 0.0
+    queue.now[NOW] = 0.0
     spin = np.empty((len(queue.held), 2))
     for i in range(len(queue.held)):
         spin[i] = spin_line(flights, scene.bodies, i, row(flights.momentum, i), row(scene.w, i))
         _time_room(queue, scene, i, 0.0)
-    for k in range(len(pairs.hits)):
+    for k in range(len(pairs.bodies)):
         a, b = pairs.bodies[k, 0], pairs.bodies[k, 1]
         if a >= 0:
             memory, tolerance = pairs.memory[k], pairs.tolerance[k]
             pairs.hit_time[k] -= elapsed
-            pairs.impulse[k, :], pairs.hits[k] = 0.0, 0
             time = apart_for(scene.solids, flights, a, b, spin, tolerance, memory, R)
             forget_flight(memory, time)
             memory[TARGET] = 0.5 * tolerance if time > 0.0 else 0.0
@@ -188,7 +204,10 @@ def _follow(queue, scene, k, until):
     bodies = (scene.solids, scene.flights, scene.bodies, a, b)
     status = advance_pair(*bodies, *limits, memory, pairs.witness[k], queue.findings, queue.work, queue.counts)
     queue.tally[ASKED] += 1
-    _put_pair(queue, k, memory[TIME])
+    if memory[TIME] < inf:
+        _put_pair(queue, k, memory[TIME])
+    else:
+        take_out(queue.heap, 2 * len(queue.held) + k)
     return status
 
 
@@ -268,16 +287,17 @@ def play(queue, scene, rules, until):
     SPENT      as many hits were answered as tally[LEFT] allowed
     STALLED    numbers are too coarse to follow pair tally[ROW]
     OVERLAPPING  the bodies of pair tally[ROW] intersect
-    The local time is in queue.now; the cluster, with its states at that time, is in queue.cluster and the scene; all
-    other bodies are where their flights have them. Calling again goes on.
+    The local time is in queue.now[NOW]; the cluster, with its states at that time, is in queue.cluster and the
+    scene; all other bodies are where their flights have them. Calling again goes on.
     """
     n = len(queue.held)
+    queue.now[UNTIL] = until
     while True:
         time, item = first(queue.heap)
         if not time < until:
-            queue.now[0] = until
+            queue.now[NOW] = until
             return DONE
-        queue.now[0] = time
+        queue.now[NOW] = time
         queue.tally[ITEMS] += 1
         if item < n:
             if not _new_room(queue, scene, item, time):
@@ -292,7 +312,7 @@ def play(queue, scene, rules, until):
             queue.tally[ROW] = k
             return OVERLAPPING if status == OVERLAPS else STALLED
         if status in (MEETS, TOUCHES) and first(queue.heap)[1] == item:
-            queue.now[0] = queue.pairs.memory[k, TIME]
-            code = _hit(queue, scene, rules, k, queue.now[0])
+            queue.now[NOW] = queue.pairs.memory[k, TIME]
+            code = _hit(queue, scene, rules, k, queue.now[NOW])
             if code != DONE:
                 return code

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_manifold import PatchWork, new_patch_work
+from comotion_server.kernels.contact_manifold import PatchWork
 from comotion_server.kernels.contacts import Contacts, new_contacts
 from comotion_server.kernels.event_heap import Heap, new_heap
 from comotion_server.kernels.flight import Bodies, Flights
@@ -13,7 +13,7 @@ from comotion_server.kernels.impact_log import ImpactLog, new_impact_log
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.neighbour_cells import Cells, new_cells
 from comotion_server.kernels.pair_memory import Pairs, new_pairs
-from comotion_server.kernels.pair_window import COUNTS, Work, new_work
+from comotion_server.kernels.pair_window import COUNTS, Work
 from comotion_server.kernels.solids import Solids
 from comotion_server.kernels.time_of_impact import FINDINGS
 
@@ -23,6 +23,8 @@ DELTA = 10.0  # times the tolerance of the time of impact: two bodies touch when
 TIMER, ROW, LEFT, ANSWERED = 0, 1, 2, 3
 # hits so far; those in a row of one pair at one time, and the most of them; new rooms, items and times of impact asked
 HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 10
+
+NOW, UNTIL = 0, 1  # of `now`
 
 
 class Scene(NamedTuple):
@@ -62,6 +64,7 @@ class Gathered(NamedTuple):
     friction: np.ndarray  # (c,)
     impulse: np.ndarray  # (c,3) on b [N s]
     report: Report
+    ledgers: np.ndarray  # (5,7) work space of the books
     size: np.ndarray  # (3,) int64 how many bodies, pairs, contacts
     body_tick: np.ndarray  # (n,) int64 the cluster that a body was gathered to last
     pair_tick: np.ndarray  # (p,) int64 the cluster for which a pair was looked at last
@@ -86,18 +89,18 @@ class Queue(NamedTuple):
     tolerance: np.ndarray  # (n,) gap that counts as contact, by the body's size [m]; inf for planes
     grain: np.ndarray  # (n,) and at least this, by the coordinates [m]
     held: np.ndarray  # (n,) bool: hits of these bodies are handed to the caller
-    now: np.ndarray  # (1,) local time [s]
+    now: np.ndarray  # (2,) NOW, local time [s], and UNTIL when the flights are played
     tally: np.ndarray  # (TALLIES,) int64
     counts: np.ndarray  # (COUNTS,) int64 cost of the times of impact
     findings: np.ndarray  # (FINDINGS,) of the last time of impact
-    work: Work
-    patch_work: PatchWork
+    work: Work | None  # None: all contact times have closed forms
+    patch_work: PatchWork | None
     found: np.ndarray  # (n,) int64 work space
     turned: np.ndarray  # (3,) work space
 
 
 @jit
-def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_capacity):
+def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_capacity, work, patch_work):
     """A queue for n bodies at x (n,3) with spheres of `radius` (n,) [m]; it knows no pairs yet."""
     n = len(radius)
     cluster = Gathered(
@@ -109,6 +112,7 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         np.empty(contact_capacity),
         np.zeros((contact_capacity, 3)),
         new_report(contact_capacity),
+        np.zeros((5, 7)),
         np.zeros(3, np.int64),
         np.zeros(n, np.int64),
         np.zeros(pair_capacity, np.int64),
@@ -123,12 +127,12 @@ def new_queue(x, radius, tolerance, grain, pair_capacity, contact_capacity, log_
         tolerance,
         grain,
         np.zeros(n, np.bool_),
-        np.zeros(1),
+        np.zeros(2),
         np.zeros(TALLIES, np.int64),
         np.zeros(COUNTS, np.int64),
         np.zeros(FINDINGS),
-        new_work(),
-        new_patch_work(),
+        work,
+        patch_work,
         np.empty(n, np.int64),
         np.empty(3),
     )

@@ -22,6 +22,7 @@ from comotion_server.kernels.flight import SPIN_FREE, STILL, angular_velocity_of
 from comotion_server.kernels.impact_cluster import SOLVED, hold
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.motion_bounds import angular_acceleration
+from comotion_server.kernels.smooth_contact import is_bent
 from comotion_server.kernels.vectors import add, cross, dot, length, row
 
 STAGES = 4
@@ -120,8 +121,13 @@ def turn_to(bodies, i, R, L, w):
 
 
 @jit
-def _is_steady(flights, members, touched, course, state):
+def _is_steady(solids, flights, contacts, count, members, touched, course, state):
     """Whether nothing turns, nor will: then normals and contact forces stay as they are."""
+    for i in range(count):
+        if is_bent(solids, contacts, i) and row(state[1], contacts.bodies[i, 0]) != row(
+            state[1], contacts.bodies[i, 1]
+        ):
+            return False
     for i in touched:
         if flights.kind[i] != STILL and length(row(state[4], i)) > 0.0:
             return False
@@ -156,7 +162,7 @@ def try_flight(
     status = evaluate(solids, flights, bodies, contacts, count, members, free, state, course, 0, certificate, answer)
     if status != SOLVED:
         return status
-    if _is_steady(flights, members, touched, course, state):
+    if _is_steady(solids, flights, contacts, count, members, touched, course, state):
         take_off_under(flights, bodies, members, course.acceleration[0], course.torque[0], time, state)
         _fly_to(flights, bodies, touched, time + h, trial)
         return _carry_on(solids, contacts, count, trial, course)

@@ -19,6 +19,7 @@ import numpy as np
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.lane_tree import SIZE
 from comotion_server.kernels.lanes import AXES, HALF, LANES, box_bounds
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.triangle_distance import triangle_points
 from comotion_server.kernels.triangle_lanes import triangle_bounds
 from comotion_server.kernels.vectors import ZERO, add, along, rotated, rotated_back, row, scaled, sub
@@ -27,18 +28,6 @@ STACK = 1024  # pairs; seven are left behind per level of both trees, which have
 TO_A, TO_B = 0, 1  # rows of `turns` and `towards`
 BOX_TURNS, TRIANGLE_TURNS, FULL_PAIRS = 0, 1, 2  # of what a walk counts
 SLACK = 2e-15  # of the bodies' sizes: rounding of a bound or a distance; surfaces nearer than this touch
-
-
-@lean_jit
-def relative_rotation(rotation_a, rotation_b, R):
-    """R = rotation_a^T rotation_b: from body b's frame to body a's."""
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = (
-                rotation_a[0, i] * rotation_b[0, j]
-                + rotation_a[1, i] * rotation_b[1, j]
-                + rotation_a[2, i] * rotation_b[2, j]
-            )
 
 
 @lean_jit

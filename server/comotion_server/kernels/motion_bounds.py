@@ -18,7 +18,7 @@ from comotion_server.kernels.flight import (
     fly,
 )
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.mesh_pair import relative_rotation
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated_back, row, scaled, sub
 
 STRAYING_TRIES = 8  # to find a bound of the straying of an angular velocity that holds; each is half as large again

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.mesh_pair import relative_rotation
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.vectors import length, rotated_back, row, sub
 
 HALF_ROOT = sqrt(0.5)

@@ -8,9 +8,10 @@ from math import inf
 
 from comotion_server.kernels.flight import STILL
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.mesh_pair import relative_rotation
 from comotion_server.kernels.motion_bounds import Relative, covering_time, first_root, sphere_time
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.sphere_impact import are_smooth
 from comotion_server.kernels.time_of_impact import distance_left
 from comotion_server.kernels.vectors import ZERO, dot, length, rotated, rotated_back, row, sub
 
@@ -46,7 +47,7 @@ def apart_for(solids, flights, a, b, spin, tolerance, memory, R):
     reach, time = radius_a + radius_b + tolerance, 0.0
     if length(D) > reach:
         time = sphere_time(Relative(D, v, pull, ZERO, ZERO, ZERO, ZERO), reach)
-    if time == inf:
+    if time == inf or are_smooth(solids, a, b):
         return time
     relative_rotation(flights.rotation[a], flights.rotation[b], R)
     left = distance_left(memory, rotated_back(flights.rotation[a], D), R, radius_a, radius_b) - tolerance

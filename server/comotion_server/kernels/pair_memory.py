@@ -30,8 +30,6 @@ class Pairs(NamedTuple):
     tolerance: np.ndarray  # (c,) gap that counts as contact for the time of impact [m]
     hit_time: np.ndarray  # (c,) local time of the last impact [s]
     hit_speed: np.ndarray  # (c,) speed at which the pair parted then [m/s]; inf before the first
-    impulse: np.ndarray  # (c,3) on b, sum over the step [N s]
-    hits: np.ndarray  # (c,) int64 impacts of the step
 
 
 @jit
@@ -50,8 +48,6 @@ def new_pairs(body_count, capacity):
         np.zeros(capacity),
         np.full(capacity, LONG_AGO),
         np.full(capacity, inf),
-        np.zeros((capacity, 3)),
-        np.zeros(capacity, np.int64),
     )
 
 
@@ -92,7 +88,6 @@ def join(pairs, i, j, time, tolerance):
     pairs.witness[k, :] = -1
     pairs.tolerance[k] = tolerance
     pairs.hit_time[k], pairs.hit_speed[k] = LONG_AGO, inf
-    pairs.impulse[k, :], pairs.hits[k] = 0.0, 0
     return k
 
 

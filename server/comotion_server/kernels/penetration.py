@@ -16,8 +16,9 @@ import numpy as np
 from comotion_server.kernels.boxes import box_gap, divides_a
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit
-from comotion_server.kernels.mesh_pair import corners, corners_moved, relative_rotation
+from comotion_server.kernels.mesh_pair import corners, corners_moved
 from comotion_server.kernels.ray import way_out, way_out_along
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.triangle_distance import segment_parameters, triangle_points
 from comotion_server.kernels.triangle_intersection import triangles_intersect
 from comotion_server.kernels.vectors import ZERO, add, along, dot, rotated, rotated_back, row, scaled, sub, unit

@@ -68,3 +68,15 @@ def product(A, B, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
+
+
+@lean_jit
+def relative_rotation(rotation_a, rotation_b, R):
+    """R = rotation_a^T rotation_b: from body b's frame to body a's."""
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = (
+                rotation_a[0, i] * rotation_b[0, j]
+                + rotation_a[1, i] * rotation_b[1, j]
+                + rotation_a[2, i] * rotation_b[2, j]
+            )

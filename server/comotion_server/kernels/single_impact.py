@@ -6,23 +6,23 @@ Legend: c approach speed, n unit normal from a to b, r arm from the centre of ma
 from comotion_server.kernels.cluster_rows import arm_to_middle
 from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED
 from comotion_server.kernels.flight import SPIN_FREE, angular_velocity_of, inertia_about
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.reflections import LOST, WORK
-from comotion_server.kernels.vectors import add, cross, dot, rotated_back, row, scaled
+from comotion_server.kernels.vectors import ZERO, dot, lever, rotated_back, row, scaled, two_product, two_sum
 
 
-@jit
+@lean_jit
 def speed_at(v, w, i, arm, n):
     """Speed along n of the point at `arm` of body i."""
-    return dot(n, add(row(v, i), cross(row(w, i), arm)))
+    return dot(n, row(v, i)) + dot(lever(arm, n), row(w, i))
 
 
-@jit
+@lean_jit
 def free_speed_at(bodies, i, v, w, arm, n):
     """The part of `speed_at` that impacts can change."""
     if not bodies.reacts[i]:
         return 0.0
-    turn, total, spin = cross(arm, n), 0.0, bodies.spin[i]
+    turn, total, spin = lever(arm, n), 0.0, bodies.spin[i]
     for k in range(3):
         if bodies.inverse_mass[i, k] > 0.0:
             total += n[k] * v[i, k]
@@ -31,14 +31,14 @@ def free_speed_at(bodies, i, v, w, arm, n):
     return total
 
 
-@jit
+@lean_jit
 def ease_at(bodies, i, R, arm, n):
     """n.M^-1 n [1/kg] of body i at `arm`: how easily an impulse along n moves the point."""
     if not bodies.reacts[i]:
         return 0.0
     W, spin = row(bodies.inverse_mass, i), bodies.spin[i]
     total = n[0] * n[0] * W[0] + n[1] * n[1] * W[1] + n[2] * n[2] * W[2]
-    turn = cross(arm, n)
+    turn = lever(arm, n)
     if spin == SPIN_FREE:
         t = rotated_back(bodies.principal[i], rotated_back(R[i], turn))
         for k in range(3):
@@ -48,23 +48,25 @@ def ease_at(bodies, i, R, arm, n):
     return total
 
 
-@jit
+@lean_jit
 def push_at(bodies, i, arm, J, v, R, L, w):
     """Impulse J [N s] on body i at `arm`."""
     if not bodies.reacts[i]:
         return
-    spin, turn = bodies.spin[i], cross(arm, J)
+    spin, turn = bodies.spin[i], lever(arm, J)
     for k in range(3):
         v[i, k] += bodies.inverse_mass[i, k] * J[k]
         if spin in (SPIN_FREE, k):
             L[i, k] += turn[k]
+    if turn == ZERO:
+        return
     if spin == SPIN_FREE:
         angular_velocity_of(R[i], L[i], bodies.moments[i], bodies.principal[i], w[i])
     elif spin > SPIN_FREE:
         w[i, spin] = L[i, spin] / inertia_about(R[i], bodies.moments[i], bodies.principal[i], spin)
 
 
-@jit
+@lean_jit
 def collide_one(bodies, contacts, restitution, v, R, L, w, impulse, report):
     """As `impact_cluster.collide` for the first contact alone, frictionless."""
     a, b = contacts.bodies[0, 0], contacts.bodies[0, 1]
@@ -76,11 +78,16 @@ def collide_one(bodies, contacts, restitution, v, R, L, w, impulse, report):
     impulse[0, :] = 0.0
     if approach <= 0.0:
         return SOLVED
-    ease = ease_at(bodies, a, R, r_a, n) + ease_at(bodies, b, R, r_b, n)
+    ease, lost = two_sum(ease_at(bodies, a, R, r_a, n), ease_at(bodies, b, R, r_b, n))
     if ease == 0.0:
         report.certificate[0] = True
         return BLOCKED
-    j = (1.0 + restitution) * approach / ease
+    wanted = (1.0 + restitution) * approach
+    j = wanted / ease
+    product, error = two_product(
+        j, ease
+    )  # of `ease` the rounding is the same at every impact of a pair: it would add up
+    j += ((wanted - product) - error - j * lost) / ease
     J = scaled(n, j)
     impulse[0, 0], impulse[0, 1], impulse[0, 2] = J
     push_at(bodies, a, r_a, scaled(J, -1.0), v, R, L, w)

@@ -1,17 +1,20 @@
 """The contact time of two bodies of any kinds of shapes."""
 
+from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_plane import lowest_corner
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.mesh_pair import closest_points, relative_rotation
+from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.plane_impact import advance_plane
+from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.solids import PLANE
-from comotion_server.kernels.time_of_impact import advance, distance_left, note_distance
+from comotion_server.kernels.sphere_impact import advance_smooth, are_smooth, has_closed_form, smooth_gap
+from comotion_server.kernels.time_of_impact import STALLS, advance, distance_left, note_distance
 from comotion_server.kernels.vectors import dot, rotated, rotated_back, row, sub
 
 
 @lean_jit
-def advance_pair(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
-    """As `time_of_impact.advance`, for bodies a and b of `solids`; at most one of them is a plane."""
+def _advance_flat(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
+    """`advance_pair` of two meshes, or of a mesh and a plane."""
     m = solids.meshes
     if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
         side = 1 if solids.kind[b] == PLANE else 0
@@ -25,11 +28,26 @@ def advance_pair(solids, flights, bodies, a, b, end, key, tolerance, budget, mem
 
 
 @lean_jit
-def gap_within(solids, a, b, x, R, reach, memory, witness, work):
-    """Whether the gap of bodies a and b at x (n,3), R (n,3,3) is at most `reach` [m].
+def _advance_never(*_):
+    """There are no such pairs."""
+    return STALLS
 
-    What is remembered of their distance may settle it; else it is found, and remembered.
-    """
+
+_advance_others = by_shapes(_advance_flat, _advance_never)
+
+
+@lean_jit
+def advance_pair(solids, flights, bodies, a, b, end, key, tolerance, budget, memory, witness, findings, work, counts):
+    """As `time_of_impact.advance`, for bodies a and b of `solids`; at most one of them is a plane."""
+    if has_closed_form(solids, flights, a, b):
+        return advance_smooth(solids, flights, a, b, end, key, tolerance, memory, findings)
+    limits = (end, key, tolerance, budget)
+    return _advance_others(solids, flights, bodies, a, b, *limits, memory, witness, findings, work, counts)
+
+
+@lean_jit
+def _flat_gap_within(solids, a, b, x, R, reach, memory, witness, work):
+    """`gap_within` of two meshes, or of a mesh and a plane."""
     m = solids.meshes
     if solids.kind[a] == PLANE or solids.kind[b] == PLANE:
         plane, mesh = (b, a) if solids.kind[b] == PLANE else (a, b)
@@ -48,3 +66,23 @@ def gap_within(solids, a, b, x, R, reach, memory, witness, work):
     )
     note_distance(memory, distance, offset, work.R)
     return distance <= reach
+
+
+@lean_jit
+def _never_within(*_):
+    """There are no such pairs."""
+    return False
+
+
+_other_gap_within = by_shapes(_flat_gap_within, _never_within)
+
+
+@lean_jit
+def gap_within(solids, a, b, x, R, reach, memory, witness, work):
+    """Whether the gap of bodies a and b at x (n,3), R (n,3,3) is at most `reach` [m].
+
+    What is remembered of their distance may settle it; else it is found, and remembered.
+    """
+    if are_smooth(solids, a, b):
+        return smooth_gap(solids, a, b, row(x, a), row(x, b), R[a], R[b])[0] <= reach
+    return _other_gap_within(solids, a, b, x, R, reach, memory, witness, work)

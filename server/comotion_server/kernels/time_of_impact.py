@@ -20,7 +20,8 @@ from comotion_server.kernels.vectors import ZERO, along, dot, length, rotated, r
 NONE, MEETS, TOUCHES, OVERLAPS, LATER, SPENT, STALLS = 0, 1, 2, 3, 4, 5, 6  # how a query ends
 
 TIME, TARGET, WIDTH = 0, 1, 2  # of `memory`: proven time [s], target gap [m] (0: not known yet), reach of a window
-KNOWN, OFFSET, TURNED, MEMORY = 3, 4, 7, 16  # distance found last [m] (0: none), and the pose of b seen from a then
+KNOWN, OFFSET, TURNED = 3, 4, 7  # distance found last [m] (0: none), and the pose of b seen from a then
+MET, MEMORY = 16, 17  # 1: the proven time is the contact's, in closed form
 CONTACT_TIME, GAP, CLOSING, POINT_A, POINT_B, NORMAL, FINDINGS = 0, 1, 2, 3, 6, 9, 12  # of `findings`
 
 FIRST_WIDTH = 2.0  # times `near`: the reach of a query's first window
@@ -43,7 +44,7 @@ def new_memory(count):
 @lean_jit
 def forget_flight(memory, time):
     """One of the bodies took off anew at `time` [s], where they are apart: the gap that is aimed at is open again."""
-    memory[TIME], memory[TARGET], memory[WIDTH] = time, 0.0, FIRST_WIDTH
+    memory[TIME], memory[TARGET], memory[WIDTH], memory[MET] = time, 0.0, FIRST_WIDTH, 0.0
 
 
 @lean_jit

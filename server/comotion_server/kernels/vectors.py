@@ -5,6 +5,7 @@ from math import sqrt
 from comotion_server.kernels.jit import lean_jit
 
 ZERO = (0.0, 0.0, 0.0)
+PARALLEL = 1e-15  # sine of an angle that is rounding
 SPLITTER = 134217729.0  # 2^27 + 1: Veltkamp's splitting of a double into two halves of 26 bits
 
 
@@ -51,6 +52,13 @@ def cross(a, b):
 
 
 @lean_jit
+def lever(arm, push):
+    """The vector product arm x push; nothing at all where they are parallel to rounding: round bodies stay unspun."""
+    turn = cross(arm, push)
+    return turn if dot(turn, turn) > PARALLEL * PARALLEL * dot(arm, arm) * dot(push, push) else ZERO
+
+
+@lean_jit
 def length(a):
     """Euclidean norm."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
@@ -89,6 +97,14 @@ def rotated_back(R, a):
         R[0, 1] * a[0] + R[1, 1] * a[1] + R[2, 1] * a[2],
         R[0, 2] * a[0] + R[1, 2] * a[1] + R[2, 2] * a[2],
     )
+
+
+@lean_jit
+def two_sum(a, b):
+    """The sum and its rounding error, exactly (Knuth 1969)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
 
 
 @lean_jit

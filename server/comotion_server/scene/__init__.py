@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from comotion_server.scene.model import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene
+from comotion_server.scene.model import Body, Collisions, Fixed, Free, Pipe, Plane, Prescribed, Scene, Sphere
 from comotion_server.scene.pose_table import PoseTable
 from comotion_server.scene.scene_errors import Problem, SceneError
 
@@ -16,12 +16,14 @@ __all__ = [
     "Collisions",
     "Fixed",
     "Free",
+    "Pipe",
     "Plane",
     "PoseTable",
     "Prescribed",
     "Problem",
     "Scene",
     "SceneError",
+    "Sphere",
     "check_scene",
     "load_scene",
 ]

@@ -77,7 +77,7 @@ class BodyMaker:
         parts = self._parts(table, keys)
         if parts is None or not self._room(member_count(table.place), parts.solid, keys):
             return
-        around = parts.solid.vertices if parts.frame is None else parts.frame.mesh.vertices
+        around = parts.solid.outline if parts.frame is None else parts.frame.mesh.vertices
         try:
             positions, quaternions = member_poses(table.place, _unit(table.quaternion), around, self.folder)
         except PlacementError as error:
@@ -120,6 +120,7 @@ class BodyMaker:
             angular_velocity=angular_velocity,
             material=table.material,
             frame=None if frame is None else frame.mesh,
+            scalable=table.scalable,
         )
         self.made.append(MadeBody(body, solid, frame, keys))
 

@@ -19,7 +19,6 @@ from comotion_server.meshes.mesh_file import load_mesh
 from comotion_server.meshes.offset import moved_out
 from comotion_server.meshes.orientation import shells_of
 from comotion_server.meshes.triangle_mesh import TriangleMesh
-from comotion_server.scene.model import Plane
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,8 +72,8 @@ class Frames:
         return made
 
     def _make(self, table: FrameTable, solid: Solid) -> Frame:
-        if isinstance(solid.shape, Plane):
-            raise MeshError("a plane has no frame")
+        if not isinstance(solid.shape, TriangleMesh):
+            raise MeshError(f"a {solid.label} has no frame")
         if table.stl is not None:
             label, mesh = table.stl, self._from_file(table.stl, solid)
         elif solid.flaws:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Locks = tuple[bool, bool, bool, bool, bool, bool]
-Rule = Literal["exact", "paper", "paper-advance"]
+Rule = Literal["exact", "paper", "paper-advance", "paper-analytic"]
 
 BY_RULE: Any = None
 """Stands for the value that a rule takes unless told otherwise."""
@@ -69,6 +69,36 @@ class Plane:
     normal: Floats
 
 
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about the body's origin.
+
+    Attributes:
+        radius: [m].
+    """
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Pipe:
+    """A straight pipe about the body's origin.
+
+    Attributes:
+        inner_radius: of the bore [m].
+        outer_radius: [m].
+        length: of the bore [m].
+        axis: 0, 1 or 2: which axis of the body it lies along.
+        caps: whether its ends are closed.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    length: float
+    axis: int = 2
+    caps: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """One rigid body at time 0.
@@ -87,6 +117,7 @@ class Body:
         material: what `[[material]]` pairs refer to, if anything.
         frame: closed surface around the shape that it collides with instead, likewise about the centre of mass and one
             object for bodies alike (P17); None: it collides with its shape.
+        scalable: whether healing may scale it (P16).
     """
 
     name: str
@@ -94,16 +125,17 @@ class Body:
     motion: Free | Fixed | Prescribed
     mass: float
     inertia: Floats
-    shape: TriangleMesh | Plane
+    shape: TriangleMesh | Plane | Sphere | Pipe
     position: Floats = field(default_factory=lambda: np.zeros(3))
     quaternion: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     material: str | None = None
     frame: TriangleMesh | None = None
+    scalable: bool = True
 
     @property
-    def collision_shape(self) -> TriangleMesh | Plane:
+    def collision_shape(self) -> TriangleMesh | Plane | Sphere | Pipe:
         """What other bodies collide with: its frame if it has one, else its shape."""
         return self.shape if self.frame is None else self.frame
 
@@ -112,7 +144,7 @@ class Body:
         """Its surface mesh.
 
         Raises:
-            TypeError: it is a plane, which has none.
+            TypeError: it has none, as a plane or a sphere.
         """
         return self._mesh(self.shape)
 
@@ -121,13 +153,13 @@ class Body:
         """The mesh that other bodies collide with.
 
         Raises:
-            TypeError: it is a plane, which has none.
+            TypeError: it has none, as a plane or a sphere.
         """
         return self._mesh(self.collision_shape)
 
-    def _mesh(self, shape: TriangleMesh | Plane) -> TriangleMesh:
-        if isinstance(shape, Plane):
-            raise TypeError(f'body "{self.name}" is a plane: it has no mesh')
+    def _mesh(self, shape: TriangleMesh | Plane | Sphere | Pipe) -> TriangleMesh:
+        if isinstance(shape, Plane | Sphere | Pipe):
+            raise TypeError(f'body "{self.name}" is a {type(shape).__name__.lower()}: it has no mesh')
         return shape
 
 
@@ -137,10 +169,13 @@ class Collisions:
 
     Attributes:
         rule: exact contact times and clusters of contacts; or the paper's queue to the letter, or read the other way:
-            advance, then respond (P9, P10).
+            advance, then respond (P9, P10); or its queue for analytic bodies (P19).
         restitution: where no pair of materials says otherwise (P11).
         friction: Coulomb's coefficient, likewise; rule `exact`.
         simultaneous: contacts at the same time are answered together, or one after the other; rule `exact`.
+        heal: what is pinched is scaled down: mass and inertia with it ("wear"), the geometry alone, or not (P16).
+        scale_min: least scale that healing may come to.
+        depth_min: least overlap that healing clears twice [m].
         merge: bodies that meet with restitution 0 become one (P11); rule `exact`.
         parallel: what carries the torque of level contacts: the whole patch (rule `exact`), the paper's criteria (P12;
             its rules), or nothing but the closest point.
@@ -159,6 +194,9 @@ class Collisions:
     friction: float = 0.0
     simultaneous: Literal["together", "sequential"] = "together"
     merge: bool = False
+    heal: Literal["wear", "geometry-only", "off"] = "off"
+    scale_min: float = 0.5
+    depth_min: float = 1e-5
     parallel: Literal["patch", "paper", "off"] = BY_RULE
     patch_angle: float = 1e-6
     substeps: int = 2
@@ -171,7 +209,8 @@ class Collisions:
 
     def __post_init__(self) -> None:
         exact = self.rule == "exact"
-        for name, value in (("parallel", "patch" if exact else "paper"), ("tolerance", 1e-9 if exact else 1e-6)):
+        level = {"exact": "patch", "paper-analytic": "off"}.get(self.rule, "paper")
+        for name, value in (("parallel", level), ("tolerance", 1e-9 if exact else 1e-6)):
             if getattr(self, name) is BY_RULE:
                 object.__setattr__(self, name, value)
 
@@ -218,6 +257,6 @@ class Scene:
         """Bodies of each region, both in the order of their names; planes have no surface to exchange."""
         members: dict[str, list[Body]] = {}
         for body in self.bodies:
-            if not isinstance(body.shape, Plane):
+            if not isinstance(body.shape, Plane | Sphere | Pipe):
                 members.setdefault(body.region, []).append(body)
         return {region: tuple(members[region]) for region in sorted(members)}

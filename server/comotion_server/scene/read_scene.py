@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from comotion_server.scene.bodies import BodyMaker, MadeBody
-from comotion_server.scene.model import Collisions, Plane, Scene
+from comotion_server.scene.model import Collisions, Pipe, Plane, Scene, Sphere
 from comotion_server.scene.problems import Problems, path_of, sentence, shown
 from comotion_server.scene.rules import PAPER_RULES, body_rules, collisions_rules, exact_only_rules
 from comotion_server.scene.scene_errors import Problem, SceneError
@@ -53,6 +53,7 @@ def _read(path: Path) -> tuple[Scene, list[MadeBody]]:
         problems.add((), "a scene needs at least one [[body]] or [[array]]")
     elif made and all(isinstance(item.body.shape, Plane) for item in made):
         problems.add((), "a scene needs at least one body that is no plane")
+    _check_shapes(made, problems)
     if problems.found or file is None:
         raise SceneError(problems.found)
     return _scene(file, path, made), made
@@ -154,12 +155,25 @@ def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
             problems.add(("material", index), "needs 'restitution' or 'friction'")
 
 
+def _check_shapes(made: list[MadeBody], problems: Problems) -> None:
+    """What shapes of a scene do not go together in this version."""
+    smooth = [item for item in made if isinstance(item.body.shape, Sphere | Pipe)]
+    meshes = [item for item in made if not isinstance(item.body.shape, Sphere | Pipe | Plane)]
+    if smooth and meshes:
+        problems.add((*smooth[0].keys, "shape"), f'not in one scene with a mesh, as body "{meshes[0].body.name}" has')
+
+
 def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
     collisions = raw.get("collisions", {})
     if not isinstance(collisions, dict):
         return
     for below, message in collisions_rules(collisions):
         problems.add(("collisions", *below), message)
+    if collisions.get("merge") is True or collisions.get("heal", "off") != "off":
+        for kind in ("body", "array"):
+            for index, table in _tables(raw, kind):
+                if isinstance(shape := table.get("shape"), dict) and "sphere" in shape:
+                    problems.add((kind, index, "shape", "sphere"), "'merge' and 'heal' are for meshes alone")
     if (rule := collisions.get("rule")) in PAPER_RULES:
         for kind in ("body", "array", "material"):
             for index, table in _tables(raw, kind):

@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 Found = tuple[tuple[str, ...], str]
-FREE_ONLY = ("locked", "reacts", "thrust")
+FREE_ONLY = ("locked", "reacts", "thrust", "scalable")
 VELOCITIES = ("velocity", "angular_velocity")
-SHAPES = ("stl", "box", "prism", "plane")
+SHAPES = ("stl", "box", "prism", "plane", "sphere", "pipe")
+NO_MESH = ("plane", "sphere", "pipe")
 EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
-PAPER_RULES = ("paper", "paper-advance")
+PAPER_RULES = ("paper", "paper-advance", "paper-analytic")
 FRAMES = ("stl", "scale", "offset")
 PLACES = ("grid", "poses", "random")
 
@@ -34,10 +35,15 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
     motion = body.get("motion", "free")
     yield from _exactly_one(body.get("shape"), "shape", SHAPES)
     yield from _exactly_one(body.get("frame"), "frame", FRAMES)
+    for name in NO_MESH:
+        if isinstance(body.get("shape"), dict) and name in body["shape"]:
+            yield from _not_with(body, ("frame",), f"a {name} has no frame")
     yield from _exactly_one(body.get("place"), "place", PLACES)
     if isinstance(body.get("shape"), dict) and "plane" in body["shape"]:
         yield from _plane_rules(body)
     else:
+        if isinstance(body.get("shape"), dict) and "pipe" in body["shape"]:
+            yield from _pipe_rules(body["shape"]["pipe"], motion)
         yield from _mass_rules(body, free=motion == "free", complete=complete)
     if motion == "free":
         yield from _locked_velocity(body)
@@ -58,17 +64,34 @@ def collisions_rules(collisions: Mapping[str, Any]) -> Iterator[Found]:
             yield ("parallel",), 'must be "patch" or "off" under rule "exact"; got "paper"'
     elif rule in PAPER_RULES:
         yield from _not_with(collisions, EXACT_ONLY, f'only rule "exact" takes it; this is rule "{rule}"')
-        if collisions.get("parallel") == "patch":
+        if rule == "paper-analytic":
+            yield from _not_with(collisions, (*PAPER_ONLY, "parallel", "tolerance"), f'not of rule "{rule}"')
+        elif collisions.get("parallel") == "patch":
             yield ("parallel",), f'must be "paper" or "off" under rule "{rule}"; got "patch"'
 
 
 def exact_only_rules(kind: str, table: Mapping[str, Any], rule: str) -> Iterator[Found]:
     """What a `[[body]]`, `[[array]]` or `[[material]]` asks for that one of the paper's rules does not have."""
     shape = table.get("shape")
-    if isinstance(shape, dict) and "plane" in shape:
-        yield ("shape", "plane"), f'only rule "exact" takes it; this is rule "{rule}", which measures meshes'
+    for name in shape if isinstance(shape, dict) else ():
+        if rule == "paper-analytic" and name in SHAPES and name not in NO_MESH:
+            yield ("shape", name), f'rule "{rule}" takes spheres, planes and pipes alone'
+        elif rule != "paper-analytic" and name in NO_MESH:
+            yield ("shape", name), f'only rule "exact" takes it; this is rule "{rule}", which measures meshes'
     if kind == "material":
         yield from _not_with(table, ("friction",), f'only rule "exact" takes it; this is rule "{rule}"')
+
+
+def _pipe_rules(pipe: Any, motion: Any) -> Iterator[Found]:
+    if motion == "free":
+        yield ("motion",), "a pipe is fixed or moves as prescribed: a free one is not in this version"
+    elif isinstance(motion, dict) and ("table" in motion or any(motion.get("angular_velocity", ()))):
+        yield ("motion",), "a pipe does not turn: a turning one is not in this version"
+    if not isinstance(pipe, dict):
+        return
+    inner, outer = pipe.get("inner_radius"), pipe.get("outer_radius")
+    if isinstance(inner, int | float) and isinstance(outer, int | float) and not inner < outer:
+        yield ("shape", "pipe", "outer_radius"), f"must be larger than the inner radius, {inner:g} m; got {outer:g}"
 
 
 def _plane_rules(body: Mapping[str, Any]) -> Iterator[Found]:
@@ -78,7 +101,6 @@ def _plane_rules(body: Mapping[str, Any]) -> Iterator[Found]:
         yield ("motion",), "a plane is fixed or moves as prescribed; it has no mass"
     yield from _not_with(body, ("mass", "density", "inertia"), "a plane has no mass")
     yield from _not_with(body, ("region",), "a plane has no vertices to exchange")
-    yield from _not_with(body, ("frame",), "a plane has no frame")
 
 
 def _exactly_one(table: Any, name: str, choices: Sequence[str]) -> Iterator[Found]:

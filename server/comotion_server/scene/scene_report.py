@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comotion_server.scene.model import Body, Fixed, Free, Plane, Scene
+from comotion_server.scene.model import Body, Fixed, Free, Pipe, Plane, Scene, Sphere
 
 if TYPE_CHECKING:
     from comotion_server.meshes.mesh_health import MeshHealth
@@ -103,7 +103,7 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
 
 def _body_report(made: MadeBody) -> BodyReport:
     body, solid, frame = made.body, made.solid, made.frame
-    mesh = None if isinstance(body.shape, Plane) else body.shape
+    mesh = None if isinstance(body.shape, Plane | Sphere | Pipe) else body.shape
     moments = None if np.isnan(body.inertia).any() else np.linalg.eigvalsh(body.inertia)
     return BodyReport(
         name=body.name,

@@ -14,14 +14,14 @@ from comotion_server.meshes.mesh_file import load_mesh
 from comotion_server.meshes.repair import repair
 from comotion_server.meshes.shapes import box, box_properties, prism, prism_properties
 from comotion_server.meshes.triangle_mesh import TriangleMesh
-from comotion_server.scene.model import Plane
+from comotion_server.scene.model import Pipe, Plane, Sphere
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from comotion_server.meshes.mass import MassProperties
     from comotion_server.meshes.mesh_health import MeshHealth
-    from comotion_server.scene.tables import PlaneTable, ShapeTable
+    from comotion_server.scene.tables import PipeTable, PlaneTable, ShapeTable
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Solid:
     """
 
     label: str
-    shape: TriangleMesh | Plane
+    shape: TriangleMesh | Plane | Sphere | Pipe
     centre: Floats
     volume: float
     inertia: Floats
@@ -49,8 +49,19 @@ class Solid:
 
     @property
     def vertices(self) -> Floats:
-        """Of the mesh [m], shape (n, 3); a plane has none."""
-        return np.empty((0, 3)) if isinstance(self.shape, Plane) else self.shape.vertices
+        """Of the mesh [m], shape (n, 3); a shape without a mesh has none."""
+        return np.empty((0, 3)) if isinstance(self.shape, Plane | Sphere | Pipe) else self.shape.vertices
+
+    @property
+    def outline(self) -> Floats:
+        """Points [m], shape (n, 3), that the shape reaches out to from its centre: where there is room for it."""
+        if isinstance(self.shape, Sphere):
+            return self.shape.radius * np.vstack([np.eye(3), -np.eye(3)])
+        if isinstance(self.shape, Pipe):
+            reach = np.full(3, self.shape.outer_radius)
+            reach[self.shape.axis] = 0.5 * self.shape.length
+            return np.vstack([reach, -reach])
+        return self.vertices
 
     @property
     def flaws(self) -> tuple[str, ...]:
@@ -94,12 +105,32 @@ class Solids:
             return _exact(label, prism(*lengths), prism_properties(*lengths))
         if shape.plane is not None:
             return _plane(shape.plane)
+        if shape.sphere is not None:
+            return _sphere(shape.sphere.radius)
+        if shape.pipe is not None:
+            return _pipe(shape.pipe)
         raise MeshError("no shape")
 
 
 def _plane(table: PlaneTable) -> Solid:
     normal = np.array(table.normal) / np.linalg.norm(table.normal)
     return Solid("plane", Plane(normal), np.array(table.point), np.nan, np.full((3, 3), np.nan), None)
+
+
+def _sphere(r: float) -> Solid:
+    volume = 4.0 / 3.0 * np.pi * r**3
+    return Solid(f"sphere of radius {r:g} m", Sphere(r), np.zeros(3), volume, 0.4 * volume * r * r * np.eye(3), None)
+
+
+def _pipe(table: PipeTable) -> Solid:
+    inner, outer, length = table.inner_radius, table.outer_radius, table.length
+    volume = np.pi * (outer**2 - inner**2) * length
+    about, across = 0.5 * (outer**2 + inner**2), 0.25 * (outer**2 + inner**2) + length**2 / 12.0
+    label = f"pipe of radii {inner:g} and {outer:g} m, length {length:g} m" + (", closed" if table.caps else "")
+    axis = "xyz".index(table.axis)
+    moments = np.where(np.arange(3) == axis, about, across)
+    shape = Pipe(inner, outer, length, axis, table.caps)
+    return Solid(label, shape, np.zeros(3), volume, volume * np.diag(moments), None)
 
 
 def _from_file(label: str, path: Path) -> Solid:

@@ -103,14 +103,20 @@ class SceneTable(Table):
 class CollisionsTable(Table):
     """How collisions are found and answered."""
 
-    rule: Literal["exact", "paper", "paper-advance"] = "exact"
-    """Exact contact times; or the paper's queue to the letter, or read the other way: advance, then respond."""
+    rule: Literal["exact", "paper", "paper-advance", "paper-analytic"] = "exact"
+    """Exact contact times; or the paper's queue: to the letter, read the other way, or that for spheres."""
     restitution: Restitution = quantity("1", 0.3)
     """Coefficient of restitution: 1 elastic, 0 plastic; pairs of materials may say otherwise."""
     friction: Friction = quantity("1", 0.0)
     """Coulomb's coefficient; pairs of materials may say otherwise. Rule `exact` only."""
     simultaneous: Literal["together", "sequential"] = "together"
     """Contacts at the same time are answered as one problem, or one after the other. Rule `exact` only."""
+    heal: Literal["wear", "geometry-only", "off"] = "off"
+    """Bodies that are pinched are scaled down, and their mass and inertia with them; the geometry alone; or not."""
+    scale_min: Annotated[float, Field(gt=0, le=1)] = quantity("1", 0.5)
+    """Least scale that healing may come to; bodies that would need less are blocked."""
+    depth_min: float = quantity("m", 1e-5, gt=0)
+    """Least overlap: healing clears twice that, or twice the overlap there is or would be in the step."""
     merge: bool = False
     """Bodies that meet with restitution 0 become one, but for those that move as told. Rule `exact` only."""
     parallel: Literal["patch", "paper", "off"] | None = None
@@ -167,6 +173,28 @@ class PlaneTable(Table):
     """Of the plane, world frame; a `position` takes its place."""
 
 
+class SphereTable(Table):
+    """A sphere about its centre."""
+
+    radius: float = quantity("m", **LENGTHS)
+    """Of the sphere."""
+
+
+class PipeTable(Table):
+    """A straight pipe about its centre: for fixed bodies, and prescribed ones that do not turn."""
+
+    inner_radius: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    outer_radius: float = quantity("m", **LENGTHS)
+    """Of the outer wall."""
+    length: float = quantity("m", **LENGTHS)
+    """Of the bore."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Along which it lies, body frame."""
+    caps: bool = False
+    """Whether both ends are closed."""
+
+
 class ShapeTable(Table):
     """Exactly one shape."""
 
@@ -178,6 +206,10 @@ class ShapeTable(Table):
     """A triangular prism."""
     plane: PlaneTable | None = None
     """A plane without end."""
+    sphere: SphereTable | None = None
+    """A sphere, exactly round."""
+    pipe: PipeTable | None = None
+    """A pipe, exactly round."""
 
 
 class FrameTable(Table):
@@ -218,7 +250,7 @@ class BodyKeys(Table):
     name: Name
     """Unique in the scene."""
     shape: ShapeTable
-    """The body's shape: exactly one of stl, box, prism, plane."""
+    """The body's shape: exactly one of stl, box, prism, plane, sphere, pipe."""
     frame: FrameTable | None = None
     """What it collides with in place of its shape, around it: exactly one of stl, scale, offset."""
     region: Name | None = None
@@ -245,6 +277,8 @@ class BodyKeys(Table):
     """Whether impacts change its motion; free bodies only."""
     thrust: Vector = quantity("N", [0.0, 0.0, 0.0])
     """Constant force at the centre of mass, world frame; free bodies only."""
+    scalable: bool = True
+    """Whether healing may scale it down; free bodies only."""
 
 
 class BodyTable(BodyKeys):
