@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from played import hits, momentum, play
-from scenes_by_hand import fixed_box, free_box, scene_of
+from scenes_by_hand import fixed_box, free_box, moved_box, scene_of
 
 from comotion_server.geometry import distance
 from comotion_server.meshes import box, prism
@@ -92,3 +92,20 @@ def test_bodies_that_merge_keep_their_frames():
     gaps = np.diff(sim.bodies.position[:, 0]) - 0.2
     np.testing.assert_allclose(gaps, 2 * OFFSET, atol=10 * GAP)
     np.testing.assert_allclose(sim.bodies.velocity, np.tile([1 / 3, 0, 0], (3, 1)), atol=1e-12)
+
+
+def test_a_body_that_heals_takes_its_frame_along():
+    """A ram presses a framed cube of 0.2 m against a wall from 0.1 s on: the frame is what is too large."""
+    cube = framed(free_box("cube", (0.2, 0.2, 0.2), 1.0))
+    ram = moved_box("ram", (0.1, 1.0, 1.0), (-0.15 - 0.05 - OFFSET, 0.0, 0.0), (0.5, 0.0, 0.0))
+    wall = fixed_box("wall", (0.1, 1.0, 1.0), (0.15 + OFFSET + 1e-7, 0.0, 0.0))
+    sim = Simulation(scene_of(cube, ram, wall, restitution=0.0, heal="wear"))
+    first = sim.step(0.12).wear[0]
+    assert first.scale == pytest.approx(1.0 - 2.0 * 0.5 * (0.12 - first.time) / (0.1 + OFFSET), abs=1e-9)
+    scale = sim.bodies.scale[0]
+    np.testing.assert_allclose(np.ptp(sim.vertices("cube"), axis=0), 0.2 * scale, rtol=1e-14)
+    gaps = (
+        sim.vertices("cube")[:, 0].min() - sim.vertices("ram")[:, 0].max(),
+        0.1 + OFFSET - sim.vertices("cube")[:, 0].max(),
+    )
+    assert min(gaps) >= OFFSET * scale

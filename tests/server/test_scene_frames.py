@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_forms import cube, write_stl
+from mesh_forms import cube, torus, write_stl
 
 from comotion_server.meshes import mesh_store
 from comotion_server.meshes.mass import mass_properties
@@ -214,3 +214,17 @@ def test_the_plan_says_who_has_frames(scene):
     assert line(floes) == (True, '3 bodies collide with frames: "ice"')
     more = body('region = "ice"\nposition = [9, 9, 9]')
     assert line(floes + more) == (True, '3 bodies collide with frames: 3 of 4 in "ice"')
+
+
+def test_a_ring_does_not_lie_inside_its_larger_self(scene, refused):
+    """Its hole grows with it: the centre of mass does not see all of the surface."""
+    ring = torus(12)
+    write_stl(scene.folder / "cube.stl", *ring)
+    problem = refused(body("frame = { scale = 1.02 }", CUBE))
+    assert problem.startswith('9: body "a".frame.scale: the surface of the body meets its frame')
+    assert len(scene(body("frame = { offset = 0.02 }", CUBE)).bodies) == 1
+
+
+def test_smooth_shapes_have_no_frame(refused):
+    problem = refused(body("frame = { scale = 1.1 }", "shape = { sphere = { radius = 1.0 } }\n"))
+    assert problem == '9: body "a".frame: a sphere has no frame'
