@@ -192,8 +192,29 @@ class Islands:
         set_timer(self.queue, island.members[0], np.inf)
         if island.begin < time:
             fly_rows(island.members, self.scene.flights, self.scene.bodies, time, *self.state)
+            if time < island.end and island.course is not None and not island.asleep:
+                self._cut_short(island, time)
             self._complete(island, time)
         self._begin(island.members, self._acceleration, self._torque, time)
+
+    def _cut_short(self, island: Island, time: float) -> None:
+        """A sub-step that ends early is taken again with the length it has: its velocities are of fourth order then.
+
+        Bodies stay where the flight has brought them, as others have met them there.
+        """
+        scene, members = self.scene, island.members
+        x, R = scene.x[members].copy(), scene.R[members].copy()
+        fly_rows(island.touched, scene.flights, scene.bodies, island.begin, *self.state)
+        course, contacts = new_course(len(members), len(island.push)), island.contacts
+        status = try_flight(
+            scene.solids, scene.flights, scene.bodies, Contacts(*(column.copy() for column in contacts)),
+            len(island.push), members, island.touched, (self._force, self._torque), island.begin, time - island.begin,
+            self.state, self._trial, course, np.zeros(len(island.push), dtype=np.bool_), self._room,
+        )  # fmt: skip
+        if status == SOLVED:
+            island.course, island.end = course, time
+        fly_rows(island.touched, scene.flights, scene.bodies, time, *self.state)
+        scene.x[members], scene.R[members] = x, R
 
     def _begin(self, rows: Rows, acceleration: Array, torque: Array, time: float) -> None:
         begin_rows(self.scene.flights, self.scene.bodies, rows, acceleration, torque, time, self.state)
