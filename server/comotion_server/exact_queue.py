@@ -15,7 +15,7 @@ from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_o
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, LEFT, ROW, TIMER
 from comotion_server.kernels.flight import begin
 from comotion_server.meetings import Meeting
 from comotion_server.queue_room import enlarged
@@ -80,6 +80,7 @@ class ExactQueue:
         self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
         self.queue.tally[LEFT] = self._granted = self.settings.budget
+        self.queue.tally[CUT_SHORT] = 0
         self._elapsed = 0.0
 
     def play(self, until: float) -> float:
@@ -219,7 +220,9 @@ class ExactQueue:
         momentum, angular_momentum, energy = map(float, queue.log.books)
         books = Books(momentum, angular_momentum, energy, len(impacts))
         books.rest_energy, books.shift_work = rest.rest_energy, rest.shift_work
-        budget = Budget(self.settings.budget, int(self._granted - queue.tally[LEFT]), fallback=rest.fallback)
+        used, cut_short = int(self._granted - queue.tally[LEFT]), int(queue.tally[CUT_SHORT])
+        moving = max(int(np.count_nonzero(self.scene.bodies.reacts)), 1) * self._elapsed
+        budget = Budget(self.settings.budget, used, cut_short, rest.fallback / moving if rest.fallback else 0.0)
         return CollisionRecord(tuple(impacts), self._contacts(), books, budget, tuple(self._blocked))
 
     def _contacts(self) -> tuple[Contact, ...]:

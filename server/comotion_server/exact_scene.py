@@ -13,7 +13,7 @@ from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.pair_window import new_work
 from comotion_server.kernels.solids import MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
 from comotion_server.meshes import TriangleMesh
-from comotion_server.scene import Pipe, Plane, Sphere
+from comotion_server.scene import Curved, Pipe, Plane, Sphere
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
 
@@ -22,19 +22,19 @@ CONTACT_ROOM = 4096  # contact points of one cluster to begin with
 LOG_ROOM = 4096  # contact points of impacts
 
 
-Shape = TriangleMesh | Plane | Sphere | Pipe
+Shape = TriangleMesh | Plane | Curved
 
 
 def solids_of(shapes: Sequence[Shape]) -> Solids:
     """The shapes of all bodies.
 
     Raises:
-        TypeError: spheres or pipes among meshes.
+        TypeError: round shapes among meshes, or some whose contact times are not known.
     """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
-    if meshes and any(isinstance(shape, Sphere | Pipe) for shape in shapes):
-        raise TypeError("spheres and pipes among meshes: not in this version")
+    if meshes and any(isinstance(shape, Curved) for shape in shapes):
+        raise TypeError("round shapes among meshes: not in this version")
     arrays, numbers = _stored(meshes) if meshes else (None, iter(()))
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
@@ -50,6 +50,8 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             half = 0.5 * shape.length
             kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
+        else:
+            raise TypeError(f"a {shape.kind} collides with nothing in this version")
     return Solids(arrays, kind, number, normal, radius, near, size, axis)
 
 

@@ -58,8 +58,8 @@ BAND = 0.25  # of delta: how far a held gap may be off its middle before it is p
 KEEP = 0.1  # of delta: the gap that all others keep when some are put back; below, they touch
 LEAST = 0.05  # of delta: nothing is put back where it would bring bodies closer than this
 SLIGHT = 1e-6  # of the speed of a hop as high as delta: slower closing or opening of a pressed contact changes nothing
-ATTEMPTS = 40  # to find the length of a sub-step before it is taken as it is
-SHORTEST = 1e-4  # of the first length tried: sub-steps are not made shorter to find where a contact parts
+ATTEMPTS = 60  # to find the length of a sub-step before it is taken as it is
+LOCATED = 1e-7  # of the first length tried: how well is found where a contact parts or slides off
 SLID = 1e-9  # of a body's size: how far beyond its face a point may be where it is found to have slid off
 PARTED = 1e-3  # of the speed of a hop as high as delta: how fast a contact may open where it is found to have parted
 STEADY = 1e-12  # of the free acceleration: what is left of less counts as none
@@ -323,18 +323,21 @@ class Islands:
         return status != BLOCKED
 
     def _close(self, touching: Touching, found: Judgement, time: float) -> bool:
-        """Contacts that close, stop; contacts that stick, are closed."""
+        """Contacts that close, stop, whatever others do then; where none closes, those that stick are closed."""
         scene, pairs, count = self.scene, self.queue.pairs, touching.count
         impulse, certificate = np.zeros(count), np.zeros(count, dtype=np.bool_)
         motion = scene.v, scene.R, scene.L, scene.w
         before = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
-        parts = (scene.bodies, touching.contacts, count, found.stick, np.zeros(count))
+        exactly = found.inside & (found.force > 0.0) & (not found.closing.any())
+        parts = (scene.bodies, touching.contacts, count, exactly, np.zeros(count))
         status = settle_velocities(*parts, *motion, impulse, certificate)
         if not self._possible(status, touching.contacts, certificate):
             return False
         after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
-        self.record.rest_energy += before - after
-        contacts = touching.contacts
+        contacts, pushed = touching.contacts, np.flatnonzero(impulse)
+        given = meetings_of(scene, contacts, pushed, ~scene.bodies.reacts)
+        work = sum(impulse[i] * meeting.approach for i, meeting in zip(pushed, given, strict=True))
+        self.record.rest_energy += before - after + float(work)
         self.record.add_held(contacts.bodies, impulse[:, None] * contacts.normal)
         rows = touching.pair[found.closing]
         pairs.hit_time[rows], pairs.hit_speed[rows] = time, 0.0
@@ -425,6 +428,7 @@ class Islands:
         spin = float(np.linalg.norm(scene.w[bodies], axis=1).max())
         h = first = min(until - time, TURN / spin) if spin > 0.0 else until - time
         free, certificate = (self._force, self._torque), np.zeros(count, dtype=np.bool_)
+        low, high = 0.0, np.inf  # until the first no contact parts, until the second one does
         for _ in range(ATTEMPTS):
             course, contacts = new_course(len(members), count), touching.copy()
             status = try_flight(
@@ -439,10 +443,18 @@ class Islands:
             if stray > limit:
                 h *= max(0.1, 0.9 * (limit / stray) ** (1.0 / 3.0))
                 continue
-            part = self._parting(touching, course)
-            if part >= 1.0 or part * h < SHORTEST * first:
+            parts, guess = self._parting(touching, course, h)
+            if parts:
+                high = h
+            else:
+                low = h
+            if parts == (high - low <= LOCATED * first) or high == np.inf:
                 break
-            h *= part
+            h = (
+                high
+                if high - low <= LOCATED * first
+                else min(max(guess, 0.95 * low + 0.05 * high), 0.05 * low + 0.95 * high)
+            )
         push = course.force[0][:, None] * course.normal[0]
         island = Island(members, bodies, touching.contacts, course, time, time + h, push)
         self._add(island, until, asleep=self._is_still(island, course, touching))
@@ -490,24 +502,25 @@ class Islands:
         self._add(island, until, asleep=bool((speed <= slow).all()) and self._others_stand(island))
         return True
 
-    def _parting(self, touching: Touching, course: Course) -> float:
-        """The part of a sub-step after which the first contact parts or slides off; 1 or more: none does."""
-        last, part = STAGES - 1, np.inf
-        size = 2.0 * self.scene.solids.radius[touching.contacts.bodies].min(axis=1)
-        loaded = course.force[0] > 0.0
-        slides = loaded & (course.margin[0] > 0.0) & (course.margin[last] < -SLID * size)
+    def _parting(self, touching: Touching, course: Course, h: float) -> tuple[bool, float]:
+        """Whether a contact has parted or slid off by the end of a sub-step `h` [s], and about when [s]."""
+        last, half = STAGES - 1, 1
+        slack = SLID * 2.0 * self.scene.solids.radius[touching.contacts.bodies].min(axis=1)
+        loaded, guesses = course.force[0] > 0.0, [0.5 * h]
+        slides = loaded & (course.margin[0] > 0.0) & (course.margin[last] < -slack)
         if slides.any():
-            m0, m1 = course.margin[0][slides] + 0.5 * SLID * size[slides], course.margin[last][slides]
-            part = float((m0 / (m0 - m1 - 0.5 * SLID * size[slides])).min())
+            m1, m2 = (course.margin[stage][slides] + 0.5 * slack[slides] for stage in (half, last))
+            fall = np.where(m1 > m2, m1 - m2, np.inf)
+            guesses.append(float((0.5 * h * (1.0 + m1 / fall)).min()))
         pull = float(np.linalg.norm(self._acceleration[touching.members], axis=1).max())
         parts = loaded & (course.force[last] == 0.0)
         parts &= course.speed[last] > PARTED * np.sqrt(2.0 * pull * touching.delta)
         if parts.any():
-            f0, f1 = course.force[0][parts], course.force[1][parts]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                at = np.where(f1 > 0.0, np.where(f1 < f0, 0.5 * f0 / (f0 - f1), 0.9), 0.45)
-            part = min(part, float(np.clip(at, 0.05, 0.95).min()))
-        return part
+            f0, f1 = course.force[0][parts], course.force[half][parts]
+            fall = np.where((f1 > 0.0) & (f1 < f0), f0 - f1, np.inf)
+            guesses.append(float((0.5 * h * f0 / fall).min()))
+        guess = min(guesses[1:], default=guesses[0])
+        return bool(slides.any() or parts.any()), guess
 
     def _is_still(self, island: Island, course: Course, touching: Touching) -> bool:
         """Whether nothing moves, and no force moves it."""

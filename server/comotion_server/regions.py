@@ -29,19 +29,36 @@ class Region:
 
     def __init__(self, name: str, members: tuple[Body, ...], row_of: dict[str, int]) -> None:
         self.name = name
-        self._meshes = tuple(body.mesh for body in members)
-        counts = [len(mesh.vertices) for mesh in self._meshes]
-        starts = np.concatenate([[0], np.cumsum(counts)])
+        self._members = members
         self.rows = np.array([row_of[body.name] for body in members])
-        self.first = starts[:-1].astype(np.int64)
-        self.count = np.array(counts, dtype=np.int64)
-        self.vertex_count = int(starts[-1])
-        self.bodies = tuple(
-            RegionBody(body.name, int(first), count)
-            for body, first, count in zip(members, starts, counts, strict=False)
-        )
         self._still: Array | None = None
         self.moves = not all(isinstance(body.motion, Fixed) for body in members)
+
+    @cached_property
+    def _meshes(self) -> tuple[TriangleMesh, ...]:
+        """Of the bodies; round shapes get theirs when vertices are first asked for, and forces may come as wrenches."""
+        return tuple(body.surface for body in self._members)
+
+    @cached_property
+    def count(self) -> NDArray[np.int64]:
+        """Vertices of each body."""
+        return np.array([len(mesh.vertices) for mesh in self._meshes], dtype=np.int64)
+
+    @cached_property
+    def first(self) -> NDArray[np.int64]:
+        """The first vertex of each body."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.count)[:-1]])
+
+    @property
+    def vertex_count(self) -> int:
+        """How many vertices its bodies have together."""
+        return int(self.count.sum())
+
+    @cached_property
+    def bodies(self) -> tuple[RegionBody, ...]:
+        """The bodies' shares of the vertices."""
+        shares = zip(self._members, self.first.tolist(), self.count.tolist(), strict=True)
+        return tuple(RegionBody(body.name, first, count) for body, first, count in shares)
 
     @cached_property
     def triangles(self) -> NDArray[np.uint32]:

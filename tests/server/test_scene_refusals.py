@@ -67,7 +67,10 @@ restitution = 1.5
         'scene.toml:9: body "hull".shape.box.size: must have 3 entries; got [1, 2]',
         'scene.toml:10: body "hull".motion.velocity[1]: must be a number [m/s]; got "a"',
         'scene.toml:11: body "hull".locked: only a free body takes it; this one\'s motion is prescribed',
-        'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism, plane, sphere, pipe; got stl and box',
+        (
+            'scene.toml:14: body "b".shape: must have exactly one of stl, box, prism, plane, sphere, capsule, '
+            "cylinder, pipe; got stl and box"
+        ),
         'scene.toml:15: body "b".mass: must be a finite number; got nan',
         "scene.toml:16: body \"b\".density: give either 'mass' or 'density', not both",
         "scene.toml:18: body \"b\".name: 'b' is already the name of the body on line 12",
@@ -154,11 +157,8 @@ def test_bodies(refused, keys, expected):
 @pytest.mark.parametrize(
     ("shape", "expected"),
     [
-        ("{}", ".shape: must have exactly one of stl, box, prism, plane, sphere, pipe; got none"),
-        (
-            "{ torus = { radius = 1 } }",
-            ".shape.torus: unknown key 'torus'; allowed: stl, box, prism, plane, sphere, pipe",
-        ),
+        ("{}", ".shape: must have exactly one of stl, box, prism, plane, sphere, capsule, cylinder, pipe; got none"),
+        ("{ torus = { radius = 1 } }", ".shape.torus: unknown key 'torus'; allowed: stl, box, prism, plane, sphere,"),
         ("{ box = { size = [1, 0, 1] } }", ".shape.box.size[1]: must be at least 1e-12 m; got 0"),
         ("{ box = { size = 1 } }", ".shape.box.size: must be a list of numbers [m]; got 1"),
         ("{ box = 1 }", ".shape.box: must be a table; got 1"),

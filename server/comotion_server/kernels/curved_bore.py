@@ -18,7 +18,15 @@ with t in [-1, 1].
 from math import inf, sqrt
 
 from comotion_server.kernels.curved_kinds import CAPS, HALF, INNER, OUTER
-from comotion_server.kernels.curved_points import cavity_depth, is_in_bore, pipe_distance, profile
+from comotion_server.kernels.curved_points import (
+    cavity_depth,
+    cylinder_distance,
+    is_in_bore,
+    part_across,
+    pipe_distance,
+    profile,
+    some_perpendicular,
+)
 from comotion_server.kernels.curved_search import NARROW, TURNS, between, lowest_on_segment
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, unit
@@ -136,7 +144,7 @@ def pipe_segment(size, u, P, M):
         return open_pipe_segment(size, u, P, M)
     if not is_in_bore(size, u, P):
         t = lowest_on_segment(size[OUTER], size[HALF], u, P, M, -1.0, 1.0)
-        distance, n = pipe_distance(size, u, along(P, t, M))
+        distance, n = cylinder_distance(size[OUTER], size[HALF], u, along(P, t, M))
         return distance, t, n
     depth, n = cavity_depth(size[INNER], size[HALF], u, P)
     best = depth - 1e-15 * size[INNER], 0.0, n  # a segment along the wall touches in its middle
@@ -154,10 +162,10 @@ def farthest_of_rim(u, c, r, v):
     Across u the circle is an ellipse with the half axes r, along u x v, and r |u . v|; the point lies in the quadrant
     that its middle lies in, where (its slope over sin cos) only falls.
     """
-    e1 = unit(cross(u, v))
+    e1 = unit(part_across(cross(u, v), v))
     if e1 == ZERO:
         _, _, outward = profile(u, c)
-        return along(c, r, outward)
+        return along(c, r, outward if outward != ZERO else some_perpendicular(u))
     e2 = cross(v, e1)
     flat = along(e2, -dot(e2, u), u)
     squeeze = length(flat)

@@ -5,7 +5,7 @@ Legend: M half of the segment, a vector from its middle [m]; zero for a sphere. 
 
 from math import copysign
 
-from comotion_server.kernels.curved_points import some_perpendicular
+from comotion_server.kernels.curved_points import part_across, some_perpendicular
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.triangle_distance import segment_parameters
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, sub, unit
@@ -57,11 +57,23 @@ def crossing_normal(M_a, M_b):
 
 
 @lean_jit
+def square_to(n, M, t):
+    """The direction of n, at right angles to a segment where it is met between its ends."""
+    return unit(part_across(n, unit(M)) if abs(t) < 1.0 and M != ZERO else n)
+
+
+@lean_jit
+def _normal(M_a, M_b, s, t, way):
+    """The direction of `way`, at right angles to each segment that it meets between its ends."""
+    return square_to(square_to(way, M_b, t), M_a, s)
+
+
+@lean_jit
 def round_gap(r_a, M_a, r_b, M_b, D):
     """(signed distance, point on a, point on b, normal from a to b) of two round shapes, from the middle of a."""
     s, t = core_parameters(M_a, M_b, D)
     p, way = scaled(M_a, s), _way(M_a, M_b, D, s, t)
     q = add(p, way)
     far = length(way)
-    n = scaled(way, 1.0 / far) if far > 0.0 else crossing_normal(M_a, M_b)
+    n = _normal(M_a, M_b, s, t, way) if far > 0.0 else crossing_normal(M_a, M_b)
     return far - (r_a + r_b), along(p, r_a, n), along(q, -r_b, n), n

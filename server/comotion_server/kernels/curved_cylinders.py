@@ -8,21 +8,22 @@ points is rounding: the normal then comes from the faces, sides or rims that the
 Legend: r, h, u radius, half length and axis of a and b; D centre of b from the centre of a; all points from a's centre.
 """
 
-from math import inf
+from math import copysign, inf
 
 from comotion_server.kernels.curved_cores import core_parameters
-from comotion_server.kernels.curved_points import beyond, from_cylinder, some_perpendicular
+from comotion_server.kernels.curved_points import from_cylinder, part_across, profile, some_perpendicular
 from comotion_server.kernels.curved_search import lowest_on_disc
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, sub, unit
 
-LEVEL = 1e-14  # sine below which a direction across an axis is rounding
+LEVEL = 1e-14  # sine of an angle, and share of a length, that is taken as rounding
+SLIGHT = 1e-8  # angle whose square is rounding: tangents nearer to parallel than this count as one
 
 
 @lean_jit
 def _across(v, u):
     """The direction of v across u; zero where there is none."""
-    w = along(v, -dot(u, v), u)
+    w = part_across(v, u)
     return unit(w) if dot(w, w) > LEVEL * LEVEL * dot(v, v) else ZERO
 
 
@@ -50,28 +51,46 @@ def _sides(r_a, h_a, u_a, r_b, h_b, u_b, D):
 
 
 @lean_jit
-def _rims_normal(p, q, tangent_a, tangent_b, size):
-    """The normal of two rims that are nearest at p and q."""
-    way, across = sub(q, p), cross(tangent_a, tangent_b)
-    if length(across) * size > length(way):
-        return scaled(unit(across), 1.0 if dot(across, way) >= 0.0 else -1.0)
-    return unit(along(way, -dot(way, tangent_a), tangent_a))
+def _outward(n, out, up):
+    """The direction n without what rounding turned inward of a rim: out, up are normals of its side and its face."""
+    n = along(along(n, -min(dot(n, out), 0.0), out), -min(dot(n, up), 0.0), up)
+    return unit(n) if n != ZERO else out
+
+
+@lean_jit
+def _rims_normal(way, out_a, up_a, out_b, up_b, size):
+    """The normal of two rims that are nearest, a `way` apart; out, up: of the side and the face that meet there."""
+    tangent = cross(up_a, out_a)
+    across = cross(tangent, cross(up_b, out_b))
+    if length(across) > max(length(way) / size, SLIGHT):
+        n = scaled(unit(across), 1.0 if dot(across, way) >= 0.0 else -1.0)
+    else:
+        n = along(way, -dot(way, tangent), tangent)
+    n = _outward(n, out_a, up_a)
+    return scaled(_outward(scaled(n, -1.0), out_b, up_b), -1.0)
+
+
+@lean_jit
+def _feature(r, h, u, P):
+    """(how far a point on a cylinder is from the rims, its unit normal there); at most 0 on a rim, to rounding."""
+    z, rho, outward = profile(u, P)
+    grain = LEVEL * (r + h)
+    if h - abs(z) >= r - rho:
+        return h - abs(z) - grain, outward
+    return r - rho - grain, scaled(u, copysign(1.0, z))
 
 
 @lean_jit
 def cylinders_normal(r_a, h_a, u_a, r_b, h_b, u_b, D, p, q):
-    """The unit normal from a to b at their closest points p and q, apart."""
-    a, b, outward = beyond(r_a, h_a, u_a, q)
-    if b == 0.0:
-        return outward
-    if a == 0.0:
-        return u_a if b > 0.0 else scaled(u_a, -1.0)
-    c, d, inward = beyond(r_b, h_b, u_b, sub(p, D))
-    if d == 0.0:
-        return scaled(inward, -1.0)
-    if c == 0.0:
-        return u_b if d < 0.0 else scaled(u_b, -1.0)
-    return _rims_normal(p, q, cross(u_a, outward), cross(u_b, inward), max(r_a, r_b))
+    """The unit normal from a to b at their closest points p and q: of the face or side that is met most surely."""
+    from_rim_a, n_a = _feature(r_a, h_a, u_a, q)
+    from_rim_b, n_b = _feature(r_b, h_b, u_b, sub(p, D))
+    if max(from_rim_a, from_rim_b) > 0.0:
+        return n_a if from_rim_a >= from_rim_b else scaled(n_b, -1.0)
+    z_a, _, out_a = profile(u_a, p)
+    z_b, _, out_b = profile(u_b, sub(q, D))
+    up_a, up_b = scaled(u_a, copysign(1.0, z_a)), scaled(u_b, copysign(1.0, z_b))
+    return _rims_normal(sub(q, p), out_a, up_a, out_b, up_b, max(r_a, r_b))
 
 
 @lean_jit

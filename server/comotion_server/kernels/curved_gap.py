@@ -6,8 +6,8 @@
 kind: PLANE, SPHERE, CAPSULE, CYLINDER or PIPE; size (4,) lengths [m]; axis (3,) unit, body frame (`curved_kinds`: what
 they mean; those of a sphere are not read); x (3,) centre [m], world; R (3, 3) body to world. Tuples do, and rows of
 arrays. Out: the distance [m], at most 0 where the bodies overlap; of spheres, capsules and planes, and of a sphere in
-or beside a cylinder or pipe, it is then minus the depth. The points lie on the surfaces, world [m]. The normal is a unit
-vector from a to b: moving b along it makes the distance grow; it is right also where bodies touch.
+or beside a cylinder or pipe, it is then minus the depth. The points lie on the surfaces, world [m]. The normal is a
+unit vector from a to b: moving b along it makes the distance grow; it is right also where bodies touch.
 
 Bodies may be in the bore of a pipe or outside of it. A plane and a pipe see a pipe's outside alone. A capsule or
 cylinder whose centre is in the bore of a closed pipe is inside. `is_known` tells which pairs have no answer: two
@@ -19,7 +19,7 @@ planes, and a cylinder with an open pipe.
 from math import inf
 
 from comotion_server.kernels.curved_bore import cylinder_in_bore, pipe_segment
-from comotion_server.kernels.curved_cores import round_gap
+from comotion_server.kernels.curved_cores import round_gap, square_to
 from comotion_server.kernels.curved_cylinders import closest_of_cylinders, cylinders_normal, way_apart
 from comotion_server.kernels.curved_kinds import (
     CAPS,
@@ -84,6 +84,7 @@ def _round_and_cylinder(r, M, r_b, h_b, u_b, D):
     t = lowest_on_segment(r_b, h_b, u_b, P, M, -1.0, 1.0)
     p = scaled(M, t)
     far, n = cylinder_distance(r_b, h_b, u_b, sub(p, D))
+    n = square_to(n, M, t)
     return far - r, along(p, -r, n), along(p, -far, n), scaled(n, -1.0)
 
 

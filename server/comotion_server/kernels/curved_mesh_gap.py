@@ -3,14 +3,14 @@
     curved_mesh_gap(m, shape, x, R, kind, size, axis, x_c, R_c, reach, witness, nodes, gaps)
         -> (distance, point on the mesh, point on the other, normal from the mesh to the other, triangle)
 
-m: MeshArrays, shape: which mesh; kind, size, axis, x_c, R_c: the other shape as in `curved_gap`. The distance is that of
-the surfaces: exact if below `reach` [m] (inf: always), otherwise a lower bound that is not below reach; at most 0 where
-they meet. witness: a triangle over all shapes to begin with, -1: none; the one that is nearest is returned. nodes
+m: MeshArrays, shape: which mesh; kind, size, axis, x_c, R_c: the other shape as in `curved_gap`. The distance is that
+of the surfaces: exact if below `reach` [m] (inf: always), otherwise a lower bound that is not below reach; at most 0
+where they meet. witness: a triangle over all shapes to begin with, -1: none; the one that is nearest is returned. nodes
 (STACK,) int64 and gaps (STACK,) float64 are room for the walk (`mesh_pair`).
 
 The walk goes down the binary tree, the nearer child first. A box whose centre is at the distance d from the shape, and
-whose corners are at s from its centre, holds nothing nearer than d - s; a sphere is compared with the box itself. A mesh
-with its first corner in the bore of a closed pipe is inside of it.
+whose corners are at s from its centre, holds nothing nearer than d - s; a sphere is compared with the box itself. A
+mesh with its first corner in the bore of a closed pipe is inside of it.
 """
 
 from math import inf

@@ -8,14 +8,20 @@ from math import copysign, hypot
 
 from comotion_server.kernels.curved_kinds import CAPS, HALF, INNER, OUTER
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, sub, unit
+from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, scaled, unit
+
+
+@lean_jit
+def part_across(v, u):
+    """The part of a vector across u; taken twice, it is at right angles to u however small it is."""
+    w = along(v, -dot(v, u), u)
+    return along(w, -dot(w, u), u)
 
 
 @lean_jit
 def profile(u, P):
     """(z, rho, outward) of a point."""
-    z = dot(u, P)
-    across = along(P, -z, u)
+    z, across = dot(u, P), part_across(P, u)
     rho = length(across)
     return z, rho, scaled(across, 1.0 / rho) if rho > 0.0 else ZERO
 
@@ -121,7 +127,7 @@ def pipe_distance(size, u, P):
 def lowest_of_cylinder(r, h, u, n):
     """The point of a solid cylinder farthest against the unit vector n; the middle of what is level."""
     rise = dot(n, u)
-    across = sub(n, scaled(u, rise))
+    across = part_across(n, u)
     if abs(rise) < 4e-16:
         return scaled(across, -r / length(across))
     steep = length(cross(u, n))

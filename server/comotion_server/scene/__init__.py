@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from comotion_server.scene.model import Body, Collisions, Fixed, Free, Pipe, Plane, Prescribed, Scene, Sphere
+from comotion_server.scene.curved_shapes import Capsule, Curved, Cylinder, Pipe, Sphere
+from comotion_server.scene.model import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene
 from comotion_server.scene.pose_table import PoseTable
 from comotion_server.scene.scene_errors import Problem, SceneError
 
@@ -13,7 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Body",
+    "Capsule",
     "Collisions",
+    "Curved",
+    "Cylinder",
     "Fixed",
     "Free",
     "Pipe",

@@ -166,7 +166,7 @@ class BodyMaker:
             return None
 
     def _room(self, count: int, solid: Solid, keys: Keys) -> bool:
-        vertices = self.vertices + count * len(solid.vertices)
+        vertices = self.vertices + count * solid.vertex_count
         bodies = len(self.made) + count
         if bodies > MAX_BODIES:
             self.problems.add(keys, f"brings the scene to {bodies} bodies; at most {MAX_BODIES} are allowed")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from comotion_server.scene.curved_shapes import Curved
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -68,35 +70,10 @@ class Plane:
 
     normal: Floats
 
-
-@dataclass(frozen=True)
-class Sphere:
-    """A sphere about the body's origin.
-
-    Attributes:
-        radius: [m].
-    """
-
-    radius: float
-
-
-@dataclass(frozen=True)
-class Pipe:
-    """A straight pipe about the body's origin.
-
-    Attributes:
-        inner_radius: of the bore [m].
-        outer_radius: [m].
-        length: of the bore [m].
-        axis: 0, 1 or 2: which axis of the body it lies along.
-        caps: whether its ends are closed.
-    """
-
-    inner_radius: float
-    outer_radius: float
-    length: float
-    axis: int = 2
-    caps: bool = False
+    @property
+    def radius_about_centre(self) -> float:
+        """It has no end [m]."""
+        return np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +86,8 @@ class Body:
         motion: who moves it.
         mass: [kg]; nan for a fixed or prescribed body that was given none.
         inertia: about the centre of mass, body frame [kg m2], shape (3, 3); nan where the mass is.
-        shape: surface mesh, vertices [m] about the centre of mass, body frame, one object for bodies alike; or a plane.
+        shape: surface mesh, vertices [m] about the centre of mass, body frame, one object for bodies alike; or a plane;
+            or what is exactly round.
         position: centre of mass [m], shape (3,), world frame.
         quaternion: (w, x, y, z), body to world, of unit length.
         velocity: of the centre of mass [m/s], shape (3,), world frame.
@@ -125,7 +103,7 @@ class Body:
     motion: Free | Fixed | Prescribed
     mass: float
     inertia: Floats
-    shape: TriangleMesh | Plane | Sphere | Pipe
+    shape: TriangleMesh | Plane | Curved
     position: Floats = field(default_factory=lambda: np.zeros(3))
     quaternion: Floats = field(default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0]))
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
@@ -135,16 +113,16 @@ class Body:
     scalable: bool = True
 
     @property
-    def collision_shape(self) -> TriangleMesh | Plane | Sphere | Pipe:
+    def collision_shape(self) -> TriangleMesh | Plane | Curved:
         """What other bodies collide with: its frame if it has one, else its shape."""
         return self.shape if self.frame is None else self.frame
 
     @property
     def mesh(self) -> TriangleMesh:
-        """Its surface mesh.
+        """The surface mesh that it is.
 
         Raises:
-            TypeError: it has none, as a plane or a sphere.
+            TypeError: it is a plane, or exactly round.
         """
         return self._mesh(self.shape)
 
@@ -153,14 +131,23 @@ class Body:
         """The mesh that other bodies collide with.
 
         Raises:
-            TypeError: it has none, as a plane or a sphere.
+            TypeError: it is a plane, or exactly round.
         """
         return self._mesh(self.collision_shape)
 
-    def _mesh(self, shape: TriangleMesh | Plane | Sphere | Pipe) -> TriangleMesh:
-        if isinstance(shape, Plane | Sphere | Pipe):
+    def _mesh(self, shape: TriangleMesh | Plane | Curved) -> TriangleMesh:
+        if isinstance(shape, Plane | Curved):
             raise TypeError(f'body "{self.name}" is a {type(shape).__name__.lower()}: it has no mesh')
         return shape
+
+    @property
+    def surface(self) -> TriangleMesh:
+        """The triangles that a client gets: its mesh, or of a round shape one that is made for this (docs/shapes.md).
+
+        Raises:
+            TypeError: it is a plane, which has none.
+        """
+        return self.shape.mesh if isinstance(self.shape, Curved) else self.mesh
 
 
 @dataclass(frozen=True)
@@ -257,6 +244,6 @@ class Scene:
         """Bodies of each region, both in the order of their names; planes have no surface to exchange."""
         members: dict[str, list[Body]] = {}
         for body in self.bodies:
-            if not isinstance(body.shape, Plane | Sphere | Pipe):
+            if not isinstance(body.shape, Plane):
                 members.setdefault(body.region, []).append(body)
         return {region: tuple(members[region]) for region in sorted(members)}

@@ -12,7 +12,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from comotion_server.scene.bodies import BodyMaker, MadeBody
-from comotion_server.scene.model import Collisions, Pipe, Plane, Scene, Sphere
+from comotion_server.scene.bores import too_large_for_pipes
+from comotion_server.scene.curved_shapes import Capsule, Curved, Cylinder
+from comotion_server.scene.model import Collisions, Plane, Scene
 from comotion_server.scene.problems import Problems, path_of, sentence, shown
 from comotion_server.scene.rules import PAPER_RULES, body_rules, collisions_rules, exact_only_rules
 from comotion_server.scene.scene_errors import Problem, SceneError
@@ -157,10 +159,17 @@ def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
 
 def _check_shapes(made: list[MadeBody], problems: Problems) -> None:
     """What shapes of a scene do not go together in this version."""
-    smooth = [item for item in made if isinstance(item.body.shape, Sphere | Pipe)]
-    meshes = [item for item in made if not isinstance(item.body.shape, Sphere | Pipe | Plane)]
+    smooth = [item for item in made if isinstance(item.body.shape, Curved)]
+    meshes = [item for item in made if not isinstance(item.body.shape, Curved | Plane)]
+    lonely = {item.keys: item.body.shape.kind for item in smooth if isinstance(item.body.shape, Capsule | Cylinder)}
+    for keys, kind in lonely.items() if len(made) > 1 else ():
+        problems.add(
+            (*keys, "shape", kind), "meets no other body in this version; expected it to be alone in its scene"
+        )
     if smooth and meshes:
         problems.add((*smooth[0].keys, "shape"), f'not in one scene with a mesh, as body "{meshes[0].body.name}" has')
+    for keys, message in too_large_for_pipes(made):
+        problems.add(keys, message)
 
 
 def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 Found = tuple[tuple[str, ...], str]
 FREE_ONLY = ("locked", "reacts", "thrust", "scalable")
 VELOCITIES = ("velocity", "angular_velocity")
-SHAPES = ("stl", "box", "prism", "plane", "sphere", "pipe")
-NO_MESH = ("plane", "sphere", "pipe")
+SHAPES = ("stl", "box", "prism", "plane", "sphere", "capsule", "cylinder", "pipe")
+NO_MESH = ("plane", "sphere", "capsule", "cylinder", "pipe")
+NO_TIMES = ("capsule", "cylinder")
 EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
 PAPER_RULES = ("paper", "paper-advance", "paper-analytic")
@@ -74,7 +75,7 @@ def exact_only_rules(kind: str, table: Mapping[str, Any], rule: str) -> Iterator
     """What a `[[body]]`, `[[array]]` or `[[material]]` asks for that one of the paper's rules does not have."""
     shape = table.get("shape")
     for name in shape if isinstance(shape, dict) else ():
-        if rule == "paper-analytic" and name in SHAPES and name not in NO_MESH:
+        if rule == "paper-analytic" and name in SHAPES and (name not in NO_MESH or name in NO_TIMES):
             yield ("shape", name), f'rule "{rule}" takes spheres, planes and pipes alone'
         elif rule != "paper-analytic" and name in NO_MESH:
             yield ("shape", name), f'only rule "exact" takes it; this is rule "{rule}", which measures meshes'

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comotion_server.scene.model import Body, Fixed, Free, Pipe, Plane, Scene, Sphere
+from comotion_server.scene.curved_shapes import Curved
+from comotion_server.scene.model import Body, Fixed, Free, Plane, Scene
 
 if TYPE_CHECKING:
+    from comotion_server.meshes import TriangleMesh
     from comotion_server.meshes.mesh_health import MeshHealth
     from comotion_server.scene.bodies import MadeBody
 
@@ -30,7 +32,7 @@ class BodyReport:
         size: diameter [m] of the bounding sphere about the centre of mass; None for a plane.
         vertices: of its mesh.
         triangles: of its mesh.
-        health: of its mesh; None for a plane.
+        health: of its mesh; None for a plane and what is exactly round.
         frame: what the scene calls its frame, if it has one.
         frame_triangles: of the frame; 0 without one.
         clearance: least distance [m] between its surface and its frame's; None without one.
@@ -92,8 +94,8 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
         RegionReport(
             name,
             len(bodies),
-            sum(len(body.mesh.vertices) for body in bodies),
-            sum(len(body.mesh.triangles) for body in bodies),
+            sum(len(body.surface.vertices) for body in bodies),
+            sum(len(body.surface.triangles) for body in bodies),
         )
         for name, bodies in scene.regions.items()
     )
@@ -103,7 +105,6 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
 
 def _body_report(made: MadeBody) -> BodyReport:
     body, solid, frame = made.body, made.solid, made.frame
-    mesh = None if isinstance(body.shape, Plane | Sphere | Pipe) else body.shape
     moments = None if np.isnan(body.inertia).any() else np.linalg.eigvalsh(body.inertia)
     return BodyReport(
         name=body.name,
@@ -114,15 +115,19 @@ def _body_report(made: MadeBody) -> BodyReport:
         principal_moments=None if moments is None else _triple(moments),
         volume=None if np.isnan(solid.volume) else solid.volume,
         position=_triple(body.position),
-        size=None if mesh is None else mesh.size,
-        vertices=0 if mesh is None else len(mesh.vertices),
-        triangles=0 if mesh is None else len(mesh.triangles),
+        size=None if isinstance(body.shape, Plane) else _size(body.shape),
+        vertices=0 if isinstance(body.shape, Plane) else len(body.surface.vertices),
+        triangles=0 if isinstance(body.shape, Plane) else len(body.surface.triangles),
         health=solid.health,
         frame=None if frame is None else frame.label,
         frame_triangles=0 if frame is None else len(frame.mesh.triangles),
         clearance=None if frame is None else frame.clearance,
         notes=_notes(made),
     )
+
+
+def _size(shape: TriangleMesh | Curved) -> float:
+    return 2.0 * shape.radius_about_centre if isinstance(shape, Curved) else shape.size
 
 
 def _motion_word(body: Body) -> str:

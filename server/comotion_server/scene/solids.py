@@ -14,14 +14,17 @@ from comotion_server.meshes.mesh_file import load_mesh
 from comotion_server.meshes.repair import repair
 from comotion_server.meshes.shapes import box, box_properties, prism, prism_properties
 from comotion_server.meshes.triangle_mesh import TriangleMesh
-from comotion_server.scene.model import Pipe, Plane, Sphere
+from comotion_server.scene.curved_shapes import Capsule, Curved, Cylinder, Pipe, Sphere
+from comotion_server.scene.model import Plane
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from pydantic import BaseModel
+
     from comotion_server.meshes.mass import MassProperties
     from comotion_server.meshes.mesh_health import MeshHealth
-    from comotion_server.scene.tables import PipeTable, PlaneTable, ShapeTable
+    from comotion_server.scene.tables import PlaneTable, ShapeTable
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,7 +35,7 @@ class Solid:
 
     Attributes:
         label: what the scene calls it, for messages and reports.
-        shape: mesh, vertices [m] about the centre, axes of the shape; or a plane.
+        shape: mesh, vertices [m] about the centre, axes of the shape; or a plane; or what is exactly round.
         centre: of mass, or of area where nothing is enclosed [m], shape (3,), in the coordinates of the file; for a
             plane its point.
         volume: [m3]; nan for a surface that encloses nothing.
@@ -41,27 +44,25 @@ class Solid:
     """
 
     label: str
-    shape: TriangleMesh | Plane | Sphere | Pipe
+    shape: TriangleMesh | Plane | Curved
     centre: Floats
     volume: float
     inertia: Floats
     health: MeshHealth | None
 
     @property
-    def vertices(self) -> Floats:
-        """Of the mesh [m], shape (n, 3); a shape without a mesh has none."""
-        return np.empty((0, 3)) if isinstance(self.shape, Plane | Sphere | Pipe) else self.shape.vertices
+    def vertex_count(self) -> int:
+        """Of the surface that a client may ask for; a plane has none."""
+        if isinstance(self.shape, Plane):
+            return 0
+        return self.shape.vertex_count if isinstance(self.shape, Curved) else len(self.shape.vertices)
 
     @property
     def outline(self) -> Floats:
         """Points [m], shape (n, 3), that the shape reaches out to from its centre: where there is room for it."""
-        if isinstance(self.shape, Sphere):
-            return self.shape.radius * np.vstack([np.eye(3), -np.eye(3)])
-        if isinstance(self.shape, Pipe):
-            reach = np.full(3, self.shape.outer_radius)
-            reach[self.shape.axis] = 0.5 * self.shape.length
-            return np.vstack([reach, -reach])
-        return self.vertices
+        if isinstance(self.shape, Plane):
+            return np.empty((0, 3))
+        return self.shape.outline if isinstance(self.shape, Curved) else self.shape.vertices
 
     @property
     def flaws(self) -> tuple[str, ...]:
@@ -105,10 +106,14 @@ class Solids:
             return _exact(label, prism(*lengths), prism_properties(*lengths))
         if shape.plane is not None:
             return _plane(shape.plane)
-        if shape.sphere is not None:
-            return _sphere(shape.sphere.radius)
-        if shape.pipe is not None:
-            return _pipe(shape.pipe)
+        for table, kind in (
+            (shape.sphere, Sphere),
+            (shape.capsule, Capsule),
+            (shape.cylinder, Cylinder),
+            (shape.pipe, Pipe),
+        ):
+            if table is not None:
+                return _curved(kind(**(table.model_dump() | _axis_of(table))))
         raise MeshError("no shape")
 
 
@@ -117,20 +122,14 @@ def _plane(table: PlaneTable) -> Solid:
     return Solid("plane", Plane(normal), np.array(table.point), np.nan, np.full((3, 3), np.nan), None)
 
 
-def _sphere(r: float) -> Solid:
-    volume = 4.0 / 3.0 * np.pi * r**3
-    return Solid(f"sphere of radius {r:g} m", Sphere(r), np.zeros(3), volume, 0.4 * volume * r * r * np.eye(3), None)
+def _axis_of(table: BaseModel) -> dict[str, int]:
+    """The axis of a table, if it has one, as a number."""
+    axis = getattr(table, "axis", None)
+    return {} if axis is None else {"axis": "xyz".index(axis)}
 
 
-def _pipe(table: PipeTable) -> Solid:
-    inner, outer, length = table.inner_radius, table.outer_radius, table.length
-    volume = np.pi * (outer**2 - inner**2) * length
-    about, across = 0.5 * (outer**2 + inner**2), 0.25 * (outer**2 + inner**2) + length**2 / 12.0
-    label = f"pipe of radii {inner:g} and {outer:g} m, length {length:g} m" + (", closed" if table.caps else "")
-    axis = "xyz".index(table.axis)
-    moments = np.where(np.arange(3) == axis, about, across)
-    shape = Pipe(inner, outer, length, axis, table.caps)
-    return Solid(label, shape, np.zeros(3), volume, volume * np.diag(moments), None)
+def _curved(shape: Curved) -> Solid:
+    return Solid(shape.label, shape, np.zeros(3), shape.volume, shape.inertia, None)
 
 
 def _from_file(label: str, path: Path) -> Solid:

@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from comotion_server.scene.curved_shapes import RESOLUTION
+
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$"
 """Names become parts of message blocks, file names and columns: letters, digits and _ . + - only."""
 
@@ -83,6 +85,7 @@ Quaternion = Annotated[list[float], Field(min_length=4, max_length=4), AfterVali
 Inertia = Annotated[list[Vector], Field(min_length=3, max_length=3), AfterValidator(_possible_inertia)]
 Locks = Annotated[list[Literal["x", "y", "z", "rx", "ry", "rz"]], AfterValidator(_possible_locks)]
 Direction = Annotated[Vector, AfterValidator(_some_direction)]
+Resolution = Annotated[int, Field(ge=3, le=1024)]
 Restitution = Annotated[float, Field(ge=0, le=1)]
 Friction = Annotated[float, Field(ge=0, le=LARGEST)]
 
@@ -178,6 +181,34 @@ class SphereTable(Table):
 
     radius: float = quantity("m", **LENGTHS)
     """Of the sphere."""
+    resolution: Resolution = quantity("1", RESOLUTION)
+    """Vertices around it, for clients that ask for vertices."""
+
+
+class CapsuleTable(Table):
+    """A cylinder with round ends, about its centre."""
+
+    radius: float = quantity("m", **LENGTHS)
+    """Of the cylinder and the ends."""
+    length: float = quantity("m", **LENGTHS)
+    """Of the cylinder, without the round ends."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Along which it lies, body frame."""
+    resolution: Resolution = quantity("1", RESOLUTION)
+    """Vertices around it, for clients that ask for vertices."""
+
+
+class CylinderTable(Table):
+    """A solid cylinder about its centre."""
+
+    radius: float = quantity("m", **LENGTHS)
+    """Of the cylinder."""
+    length: float = quantity("m", **LENGTHS)
+    """Of the cylinder."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Along which it lies, body frame."""
+    resolution: Resolution = quantity("1", RESOLUTION)
+    """Vertices around it, for clients that ask for vertices."""
 
 
 class PipeTable(Table):
@@ -192,7 +223,9 @@ class PipeTable(Table):
     axis: Literal["x", "y", "z"] = "z"
     """Along which it lies, body frame."""
     caps: bool = False
-    """Whether both ends are closed."""
+    """Whether flat discs close both ends."""
+    resolution: Resolution = quantity("1", RESOLUTION)
+    """Vertices around it, for clients that ask for vertices."""
 
 
 class ShapeTable(Table):
@@ -208,6 +241,10 @@ class ShapeTable(Table):
     """A plane without end."""
     sphere: SphereTable | None = None
     """A sphere, exactly round."""
+    capsule: CapsuleTable | None = None
+    """A cylinder with round ends, exactly round."""
+    cylinder: CylinderTable | None = None
+    """A cylinder, exactly round."""
     pipe: PipeTable | None = None
     """A pipe, exactly round."""
 
@@ -250,7 +287,7 @@ class BodyKeys(Table):
     name: Name
     """Unique in the scene."""
     shape: ShapeTable
-    """The body's shape: exactly one of stl, box, prism, plane, sphere, pipe."""
+    """The body's shape: exactly one of stl, box, prism, plane, sphere, capsule, cylinder, pipe."""
     frame: FrameTable | None = None
     """What it collides with in place of its shape, around it: exactly one of stl, scale, offset."""
     region: Name | None = None
@@ -285,7 +322,7 @@ class BodyTable(BodyKeys):
     """A rigid body."""
 
     position: Vector | None = quantity("m", None)
-    """Centre of mass, world frame; where the mesh file puts it unless given, the origin for box and prism."""
+    """Centre of mass, world frame; where the mesh file puts it unless given, the origin for other shapes."""
 
 
 class GridTable(Table):
