@@ -34,7 +34,11 @@ def candidates(inner: Inner, pinches: Sequence[Meeting]) -> list[int]:
 
 def depth_of(pinches: Sequence[Meeting], seconds: float, least: float) -> float:
     """The overlap to be cleared [m]: the one there is, or the one that given motion would cause in the time left."""
-    ahead = seconds * sum(max(pinch.approach, 0.0) for pinch in pinches)
+    closing: dict[tuple[int, int], float] = {}
+    for pinch in pinches:
+        pair = pinch.a, pinch.b
+        closing[pair] = max(closing.get(pair, 0.0), pinch.approach)
+    ahead = seconds * sum(closing.values())
     return max(least, ahead, *(pinch.depth for pinch in pinches))
 
 

@@ -180,6 +180,8 @@ class Islands:
 
     def _complete(self, island: Island, time: float) -> None:
         """The bodies of an island, flown to `time`, get the velocities they should have there; impulses are booked."""
+        if island.course is None and not island.asleep:
+            self.record.fallback += (time - island.begin) * len(island.members)
         if not island.asleep:
             correct(self.scene.bodies, island.members, island.gains(time), self.state)
         self.record.add_held(island.contacts.bodies, island.impulses(time))
@@ -494,7 +496,6 @@ class Islands:
         nothing = np.zeros_like(self._force)
         self._begin(members, nothing, nothing, time)
         island = Island(members, touching.bodies, touching.contacts, None, time, time + h, impulse / h)
-        self.record.fallback += h * len(members)
         turning = scene.solids.radius[members] * np.linalg.norm(scene.w[members], axis=1)
         speed = np.linalg.norm(scene.v[members], axis=1) + turning
         pull = float(np.linalg.norm(self._acceleration[members], axis=1).max())
