@@ -59,6 +59,7 @@ KEEP = 0.1  # of delta: the gap that all others keep when some are put back; bel
 LEAST = 0.05  # of delta: nothing is put back where it would bring bodies closer than this
 SLIGHT = 1e-6  # of the speed of a hop as high as delta: slower closing or opening of a pressed contact changes nothing
 ATTEMPTS = 60  # to find the length of a sub-step before it is taken as it is
+SHORTEST = 1e-6  # of the first length tried: what has no motion for so long is blocked
 LOCATED = 1e-7  # of the first length tried: how well is found where a contact parts or slides off
 SLID = 1e-9  # of a body's size: how far beyond its face a point may be where it is found to have slid off
 PARTED = 1e-3  # of the speed of a hop as high as delta: how fast a contact may open where it is found to have parted
@@ -273,7 +274,7 @@ class Islands:
         while inside.any():
             force[:] = 0.0
             force[inside] = self._forces(touching.of(inside))
-            pressing = touching.totals(force) * ease
+            pressing = np.maximum(touching.totals(force), 0.0) * ease
             hop = np.maximum(np.where(resting, np.sqrt(2.0 * pressing * touching.delta), 0.0), none)
             parts = inside & (speed > hop)
             if not parts.any():
@@ -331,8 +332,11 @@ class Islands:
         motion = scene.v, scene.R, scene.L, scene.w
         before = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
         exactly = found.inside & (found.force > 0.0) & (not found.closing.any())
-        parts = (scene.bodies, touching.contacts, count, exactly, np.zeros(count))
-        status = settle_velocities(*parts, *motion, impulse, certificate)
+        status = BLOCKED
+        for equal in (exactly, np.zeros_like(exactly)):  # what cannot be closed exactly is no pinch
+            parts = (scene.bodies, touching.contacts, count, equal, np.zeros(count))
+            if status == BLOCKED:
+                status = settle_velocities(*parts, *motion, impulse, certificate)
         if not self._possible(status, touching.contacts, certificate):
             return False
         after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
@@ -437,6 +441,9 @@ class Islands:
                 scene.solids, scene.flights, scene.bodies, contacts, count, members, bodies, free, time, h,
                 self.state, self._trial, course, certificate, self._room,
             )  # fmt: skip
+            if status == BLOCKED and h > SHORTEST * first:  # on the way, where contacts have gone past each other
+                h *= 0.25
+                continue
             if not self._possible(status, contacts, certificate):
                 self._begin(members, self._acceleration, self._torque, time)
                 return False
