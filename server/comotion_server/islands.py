@@ -421,7 +421,7 @@ class Islands:
             contacts = held.of(np.asarray(np.isin(held.contacts.bodies, rows).any(axis=1)))
             contacts.members = rows
             steps = contacts.friction.any() or self._stepping[rows].any()
-            if not (self._step if steps else self._fly)(contacts, time, until):
+            if (steps or not self._fly(contacts, time, until)) and not self._step(contacts, time, until):
                 return False
         for i in members:
             take_off(self.queue, self.scene, i, time)
