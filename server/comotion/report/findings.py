@@ -1,11 +1,14 @@
 """What a study finds: curves of error against cost, and tables. Plain data, written by `pages.py`."""
 
 from dataclasses import asdict, dataclass, field
-from math import exp, isfinite, log
+from math import isfinite, log
 from typing import Any
 
 ROUNDING = 2.0**-52
 """The floor that figures show: errors below it are rounding."""
+
+SPREAD = 1.5
+"""Least ratio of the costs of a curve that a slope is fitted to; below it, noise is all there is."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +29,9 @@ class Curve:
     points: list[Point] = field(default_factory=list)
 
     def slope(self) -> float | None:
-        """Exponent p of y = c x^p, by least squares over the points above rounding; None below two of them."""
+        """Exponent p of y = c x^p, by least squares over the points above rounding; None where costs hardly differ."""
         seen = [(log(p.x), log(p.y)) for p in self.points if isfinite(p.y) and p.y > 10 * ROUNDING and p.x > 0]
-        if len(seen) < 2:
+        if len(seen) < 2 or max(seen)[0] - min(seen)[0] < log(SPREAD):
             return None
         mean_x, mean_y = (sum(column) / len(seen) for column in zip(*seen, strict=True))
         spread = sum((x - mean_x) ** 2 for x, _ in seen)
