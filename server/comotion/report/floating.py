@@ -25,6 +25,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
     """Largest error over three periods, relative to the amplitude, against run time."""
     parts = (20,) if quick else (10, 20, 50, 100, 200, 500, 1000)
     charts = []
+    _run("heave", "midpoint", 10)  # compiled
     for kind in START:
         curves = []
         for sample, name in (("end", "start of the step"), ("midpoint", "midpoint")):
