@@ -40,7 +40,9 @@ def execute(options: argparse.Namespace) -> int:
     chosen = [known[name] for name in options.study] or list(STUDIES)
     outcomes = run_studies(chosen, options.out, quick=options.quick)
     if options.json:
-        print(json.dumps({"folder": str(options.out), "studies": [outcome.as_data() for outcome in outcomes]}, indent=2))
+        print(
+            json.dumps({"folder": str(options.out), "studies": [outcome.as_data() for outcome in outcomes]}, indent=2)
+        )
     else:
         for outcome in outcomes:
             print(f"{outcome.study.name:<13} {outcome.seconds:6.1f} s  {outcome.error or 'done'}")

@@ -24,7 +24,9 @@ def draw(chart: Chart, folder: Path) -> list[Path]:
             slope = curve.slope()
             power = "" if slope is None else f", slope {slope:.1f}"
             ys = [max(p.y, LOWEST) for p in points]
-            axes.loglog([p.x for p in points], ys, MARKS[k % len(MARKS)], label=f"{curve.name} ({curve.parameter}{power})")
+            axes.loglog(
+                [p.x for p in points], ys, MARKS[k % len(MARKS)], label=f"{curve.name} ({curve.parameter}{power})"
+            )
             for point, y in zip(points, ys, strict=True):
                 axes.annotate(point.label, (point.x, y), xytext=(3, 3), textcoords="offset points", fontsize=6)
         if chart.floor is not None:

@@ -55,7 +55,9 @@ def study(*, quick: bool, say: Progress) -> Findings:
             curves[name].points.append(Point(facets, 1e6 * spent / QUERIES, str(facets)))
             difference = float(np.abs(np.array(theirs) - own).max())
             rows.append([name, facets, difference, difference <= PEERS_AGREE])
-    chart = Chart("distance", "Distance of two meshed balls", "facets", "microseconds per query", [*curves.values()], None)
+    chart = Chart(
+        "distance", "Distance of two meshed balls", "facets", "microseconds per query", [*curves.values()], None
+    )
     table = Table("Agreement with the peers", ["peer", "facets", "largest difference [m]", "agree"], rows)
     return Findings([chart], [table] if rows else [], notes)
 

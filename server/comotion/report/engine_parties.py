@@ -9,6 +9,7 @@ from math import log, pi, sqrt
 from typing import Protocol
 
 import numpy as np
+
 from comotion.report.engine_cases import Case, G, State
 
 FLOOR = 50.0  # [m] thickness of a box that stands for a plane, half its edges

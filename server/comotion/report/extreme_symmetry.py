@@ -81,9 +81,7 @@ def reversed_in_time() -> float:
     def bricks(state):
         return [brick(name, SIZES[name], 1.0, **state[name]) for name in "ab"]
 
-    start = {
-        n: {"position": PLACES[n], "velocity": SPEEDS[n], "angular_velocity": SPINS[n]} for n in "ab"
-    }
+    start = {n: {"position": PLACES[n], "velocity": SPEEDS[n], "angular_velocity": SPINS[n]} for n in "ab"}
     sim = simulation(*bricks(start), restitution=1.0)
     for _ in range(10):
         sim.step(0.1)

@@ -65,7 +65,15 @@ def study(*, quick: bool, say: Progress) -> Findings:
         ),
         Table(
             "Start-up in a fresh process, kernels in the cache",
-            ["scene", "import [s]", "build [s]", "first step [s]", "kernel modules", "also imported", "peak memory [MB]"],
+            [
+                "scene",
+                "import [s]",
+                "build [s]",
+                "first step [s]",
+                "kernel modules",
+                "also imported",
+                "peak memory [MB]",
+            ],
             starts,
         ),
         *_lone_body(say),
@@ -133,7 +141,11 @@ def _lone_body(say: Progress) -> list[Table]:
     force = {"box": np.zeros((8, 3))}
     force["box"][:, 2] = 16.0 * G / 8
     rows = []
-    for name, given in (("no forces", {}), ("wrench", {"wrenches": np.zeros((1, 6))}), ("nodal forces", {"forces": force})):
+    for name, given in (
+        ("no forces", {}),
+        ("wrench", {"wrenches": np.zeros((1, 6))}),
+        ("nodal forces", {"forces": force}),
+    ):
         sim.step(1e-3, **given)
         spent, _ = timed(lambda: [sim.step(1e-3, **given) for _ in range(200)])  # noqa: B023
         rows.append([name, 1e6 * spent / 200, 1e6 * spent / 200 <= TARGET])

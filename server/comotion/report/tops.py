@@ -36,7 +36,7 @@ def rotation(u):
 
 @numba.njit
 def spin(R, L, I):
-    """w = I^-1 R^T L."""
+    """W = I^-1 R^T L."""
     w = np.empty(3)
     for k in range(3):
         w[k] = (R[0, k] * L[0] + R[1, k] * L[1] + R[2, k] * L[2]) / I[k]
@@ -45,7 +45,7 @@ def spin(R, L, I):
 
 @numba.njit
 def cross(a, b):
-    """a x b."""
+    """A x b."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
@@ -87,7 +87,7 @@ def lie_midpoint(R, L, I, h, n):
 
 @numba.njit
 def rate_of_logarithm(u, w):
-    """u' of R = R0 exp(u^), to the order that four stages need: w + u x w / 2 + u x (u x w) / 12."""
+    """U' of R = R0 exp(u^), to the order that four stages need: w + u x w / 2 + u x (u x w) / 12."""
     first = cross(u, w)
     return w + 0.5 * first + cross(u, first) / 12
 
