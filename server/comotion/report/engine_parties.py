@@ -1,4 +1,4 @@
-"""The engines that the study `engines` compares: each builds a case at a step, advances it, and says where everything is.
+"""The engines that the study `engines` compares: each builds a case, advances it, tells its state.
 
 Each gets what suits it: spheres and boxes as such, no damping, and its own way to be elastic. A party that
 is not installed is left out (`pip install 'comotion[peers]'`).

@@ -59,7 +59,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
         found.notes.append(f"Left out, as not installed: {', '.join(missing)}.")
     found.notes.append(
         "comotion moves meshed balls under rule `exact`; the others have spheres. SimBenchmark"
-        " (leggedrobotics.github.io/SimBenchmark) publishes its results as figures without numbers: no point of it is"
-        " shown."
+        " (leggedrobotics.github.io/SimBenchmark) is not shown: no numbers of its results were"
+        " at hand."
     )
     return found

@@ -26,7 +26,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
         begin = perf_counter()
         try:
             measured, why = cell.measure(), cell.explained
-        except Exception as error:  # noqa: BLE001: a cell that ends so has failed
+        except Exception as error:  # noqa: BLE001 - a cell that ends so has failed
             measured, why = float("nan"), f"{type(error).__name__}: {error} {cell.explained}".strip()
         good = measured <= cell.limit
         passed += good

@@ -88,7 +88,7 @@ def moved(shift: float) -> float:
     """Two cubes meet far from the origin: error of the time at 1 m/s."""
     at = np.full(3, shift)
     a = brick("a", CUBE, 1.0, position=at, velocity=(1.0, 0, 0))
-    sim = simulation(a, brick("b", CUBE, 1.0, position=at + (1.5, 0.25, 0.125)), restitution=0.5)
+    sim = simulation(a, brick("b", CUBE, 1.0, position=at + np.array([1.5, 0.25, 0.125])), restitution=0.5)
     impacts = play(sim, 1.0, 0.1)
     return abs(impacts[0].time - 0.5) if impacts else np.inf
 

@@ -1,8 +1,8 @@
 """Heave and roll of a floating box: forces sampled at the start of a step and held pump energy, the midpoint does not.
 
 The box, 0.4 x 0.4 x 0.2 m, floats half under water. Heave: w^2 = g / T. Roll: w^2 = m g GM / I with
-GM = KB + BM - KG = T / 2 + (b^4 / 12) / (b^2 T) - h / 2. No added mass, no drag: the motion is a cosine. Its amplitude is
-small enough for the linear theory to hold to the rounding of the coordinates.
+GM = KB + BM - KG = T / 2 + (b^4 / 12) / (b^2 T) - h / 2. No added mass, no drag: the motion is a cosine. Its amplitude
+is small enough for the linear theory to hold to the rounding of the coordinates.
 """
 
 from math import atan2, cos, pi, sqrt

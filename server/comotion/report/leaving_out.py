@@ -107,7 +107,7 @@ def _both(scene: "Scene", steps: int) -> list[Any]:
     try:
         forced = Simulation(other)
         forced.step(scene.dt)
-    except Exception as error:  # noqa: BLE001: some scene may refuse it, and the table says so
+    except Exception as error:  # noqa: BLE001 - some scene may refuse it, and the table says so
         forced, words = None, [f"refused: {error}"]
     planned.step(scene.dt)
     spent, done = [[], []], 1

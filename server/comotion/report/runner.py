@@ -44,7 +44,7 @@ def run_studies(studies: list[Study], folder: Path, *, quick: bool) -> list[Outc
                 for chart in found.charts:
                     draw(chart, folder)
                 error = None
-            except Exception as problem:  # noqa: BLE001: the others are still wanted
+            except Exception as problem:  # noqa: BLE001 - the others are still wanted
                 traceback.print_exc()
                 error = f"{type(problem).__name__}: {problem}"
             outcomes.append(Outcome(study, perf_counter() - begin, error))
