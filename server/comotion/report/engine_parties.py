@@ -1,4 +1,4 @@
-"""The engines that `engines.py` compares: each builds a case at a step, advances it, and says where everything is.
+"""The engines that the study `engines` compares: each builds a case, advances it, tells its state.
 
 Each gets what suits it: spheres and boxes as such, no damping, and its own way to be elastic. A party that
 is not installed is left out (`pip install 'comotion[peers]'`).
@@ -9,7 +9,8 @@ from math import log, pi, sqrt
 from typing import Protocol
 
 import numpy as np
-from engine_cases import Case, G, State
+
+from comotion.report.engine_cases import Case, G, State
 
 FLOOR = 50.0  # [m] thickness of a box that stands for a plane, half its edges
 CONTACT_STEPS = 10  # MuJoCo: steps that an elastic contact, a spring, lasts
@@ -240,4 +241,6 @@ class Dart:
         aspect.setRestitutionCoeff(restitution)
 
 
-PARTIES = {party.__name__: party for party in (Comotion, MuJoCo, Bullet, Dart) if find_spec(party.library)}
+ALL = (Comotion, MuJoCo, Bullet, Dart)
+LIBRARIES = {party.__name__: party.library for party in ALL}
+PARTIES = {party.__name__: party for party in ALL if find_spec(party.library)}
