@@ -53,7 +53,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
         [*curves, curve],
     )
     note = (
-        "comotion chooses its own sub-steps for 1e-13 rad per radian turned, or per CFD step where that is shorter: its error"
-        " hardly depends on the CFD step. Truth: Taylor series of order 24 in extended precision."
+        "comotion chooses its own sub-steps for 1e-13 rad per radian turned, or per CFD step where that is shorter: its"
+        " error hardly depends on the CFD step. Truth: Taylor series of order 24 in extended precision."
     )
     return Findings([chart], notes=[note])

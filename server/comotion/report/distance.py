@@ -6,6 +6,7 @@ The whole comparison over 13 pairs of shapes and four kinds of gap is `benchmark
 import numpy as np
 
 from comotion.report.findings import Chart, Curve, Findings, Point, Table
+from comotion.report.scenes import ball
 from comotion.report.study import Progress
 from comotion.report.timing import timed
 
@@ -15,9 +16,7 @@ PEERS_AGREE = 1e-9  # [m]; the peers' kernels lose digits on edges that are near
 
 def study(*, quick: bool, say: Progress) -> Findings:
     """Microseconds per query against facets."""
-    from comotion_mock_cfd.body_forms import ball_mesh
     from comotion_server.kernels.mesh_pair import closest_points_of_pairs
-    from comotion_server.meshes import TriangleMesh
     from comotion_server.meshes.mesh_store import MeshStore
 
     rng = np.random.default_rng(20)
@@ -27,7 +26,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
     curves |= {name: Curve(name, "facets") for name in peers}
     rows = []
     for halvings in (2,) if quick else (1, 2, 3, 4, 5, 6):
-        mesh = TriangleMesh(*ball_mesh(0.5, halvings))
+        mesh = ball(0.5, halvings)
         facets = len(mesh.triangles)
         say(f"{facets} facets")
         store = MeshStore.build([mesh, mesh])

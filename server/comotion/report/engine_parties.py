@@ -6,7 +6,7 @@ is not installed is left out (`pip install 'comotion[peers]'`).
 
 from importlib.util import find_spec
 from math import log, pi, sqrt
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Comotion:
         bodies = []
         for k, thing in enumerate(case.things):
             mesh = meshes.setdefault(len(thing.mesh[0]), TriangleMesh(*thing.mesh))
-            state = {"velocity": np.array(thing.velocity), "angular_velocity": np.array(thing.spin)}
+            state: dict[str, Any] = {"velocity": np.array(thing.velocity), "angular_velocity": np.array(thing.spin)}
             inertia = np.diag(thing.moments)
             bodies.append(Body(f"thing-{k:04d}", "things", Free(), thing.mass, inertia, mesh, thing.position, **state))
         for k, (normal, point) in enumerate(case.walls):
@@ -126,8 +126,10 @@ def _mujoco_shape(size):
 
 
 class Bullet:
-    """Sequential impulses. Where e > 0: no error reduction, which would push, and no contact before bodies touch, which
-    would take off the rebound what the gap leaves to go.
+    """Sequential impulses.
+
+    Where e > 0: no error reduction, which would push, and no contact before bodies touch, which would take off the
+    rebound what the gap leaves to go.
     """
 
     library = "pybullet"

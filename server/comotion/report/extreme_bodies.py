@@ -1,7 +1,7 @@
 """Extreme masses, sizes, places, speeds and spins."""
 
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -16,27 +16,27 @@ def cells() -> Iterator[Cell]:
     """All of them."""
     for ratio in (1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12):
         required = "the impulse of the pair, exactly"
-        yield Cell("mass ratio", f"{ratio:g}", required, "relative error <= 1e-12", lambda r=ratio: head_on(r), 1e-12)
+        yield Cell("mass ratio", f"{ratio:g}", required, "relative error <= 1e-12", partial(head_on, ratio), 1e-12)
     for mass in (1e-6, 1.0, 1e6):
         required = "blocked, nothing overlaps, nothing grows"
-        yield Cell("pinched floe", f"{mass:g} kg", required, "overlap [m] <= 0", lambda m=mass: pinched(m), 0.0)
+        yield Cell("pinched floe", f"{mass:g} kg", required, "overlap [m] <= 0", partial(pinched, mass), 0.0)
     for size in (1e-6, 1e-3, 1.0, 1e2, 1e4):
         required = "tolerances relative to size"
-        yield Cell("size", f"{size:g} m", required, "relative error of the time <= 1e-8", lambda s=size: fall(s), 1e-8)
+        yield Cell("size", f"{size:g} m", required, "relative error of the time <= 1e-8", partial(fall, size), 1e-8)
     for power in (-20, -10, 10):
         required = "bit-identical times"
-        yield Cell("scaled by 2^n", str(power), required, "difference = 0", lambda p=power: scaled(p), 0.0)
+        yield Cell("scaled by 2^n", str(power), required, "difference = 0", partial(scaled, power), 0.0)
     for shift in (1e3, 1e6, 1e7):
         limit = 128 * float(np.spacing(shift)) + 1e-8
         criterion = "error [m] <= 128 roundings of the place"
-        yield Cell("moved far", f"{shift:g} m", "local origins", criterion, lambda s=shift: moved(s), limit)
+        yield Cell("moved far", f"{shift:g} m", "local origins", criterion, partial(moved, shift), limit)
     for spin in (1.0, 1e3, 1e5):
         criterion = "attitude error <= 1e-6 rad over 50 rad"
-        yield Cell("spin", f"{spin:g} rad/s", "attitude 1e-6 rad", criterion, lambda s=spin: spun(s), 1e-6)
+        yield Cell("spin", f"{spin:g} rad/s", "attitude 1e-6 rad", criterion, partial(spun, spin), 1e-6)
     for speed in (100.0, 1000.0, 3000.0):
         for thickness in (1e-2, 1e-4):
             value = f"{speed:g} m/s, wall {thickness:g} m, dt 0.01 s"
-            bullet = lambda s=speed, t=thickness: shot(s, t)  # noqa: E731
+            bullet = partial(shot, speed, thickness)
             yield Cell("bullet", value, "never through", "way into the wall [m] <= 0", bullet, 0.0)
 
 

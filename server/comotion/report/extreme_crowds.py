@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from comotion.report.cells import Cell
 from comotion.report.scenes import CUBE, G, brick, driven, plane, play, simulation
-from comotion_server.results import StepResult
+
+if TYPE_CHECKING:
+    from comotion_server.results import StepResult
 
 GRAZING_OVERLAP = 1e-12  # of size
 

@@ -1,6 +1,7 @@
 """Steps that cannot be: refused, with the state as it was, and the next good one works; or answered exactly."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ def cells() -> Iterator[Cell]:
     good = np.zeros((8, 3))
     criterion = "0: StepInputError, same bits, works on"
     for dt in (0.0, -0.01, nan, inf):
-        yield Cell("bad dt", f"{dt:g} s", REFUSED, criterion, lambda dt=dt: turned_away(dt), 0.0)
+        yield Cell("bad dt", f"{dt:g} s", REFUSED, criterion, partial(turned_away, dt), 0.0)
     bad = {
         "nan": {"box": np.full((8, 3), nan)},
         "inf": {"box": np.full((8, 3), inf)},
@@ -28,9 +29,9 @@ def cells() -> Iterator[Cell]:
         "text": {"box": "much"},
     }
     for value, forces in bad.items():
-        yield Cell("bad forces", value, REFUSED, criterion, lambda f=forces: turned_away(0.01, f), 0.0)
+        yield Cell("bad forces", value, REFUSED, criterion, partial(turned_away, 0.01, forces), 0.0)
     for dt in (1e-12, 1.0, 1e6):
-        exact = lambda dt=dt: flown(dt)  # noqa: E731
+        exact = partial(flown, dt)
         yield Cell("extreme dt", f"{dt:g} s", "the exact answer", "relative error <= 1e-14", exact, 1e-14)
 
 

@@ -1,6 +1,7 @@
 """Bad surfaces, and bodies that overlap at the start."""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ def cells() -> Iterator[Cell]:
     """All of them."""
     same = "relative error of volume and inertia <= 1e-12"
     for needle in (1e3, 1e6):
-        yield Cell("needles", f"1:{needle:g}", HEALED, same, lambda n=needle: mended(*with_needle(1 / n)), 1e-12)
+        yield Cell("needles", f"1:{needle:g}", HEALED, same, partial(_needle_mended, needle), 1e-12)
     yield Cell("zero-area facet", "on an edge", HEALED, same, lambda: mended(*with_needle(0.0)), 1e-12)
     yield Cell("duplicated vertices", "every corner of every facet", HEALED, same, lambda: mended(*soup()), 1e-12)
     yield Cell("doubled facet", "one", HEALED, same, lambda: mended(*doubled()), 1e-12)
@@ -29,7 +30,7 @@ def cells() -> Iterator[Cell]:
     yield Cell("non-manifold edge", "two boxes share one", REFUSED, told, lambda: told_of(*sharing_an_edge()), 0.0)
     named = "0: SceneError with both names"
     for value, offset in (("half", 0.5), ("by 1e-3 m", 1.0 - 1e-3), ("same place", 0.0)):
-        overlap = lambda x=offset: overlapping(x)  # noqa: E731
+        overlap = partial(overlapping, offset)
         yield Cell("overlap at the start", value, "refused with the pair's names", named, overlap, 0.0)
     slight = "taken as contact and moved apart"
     yield Cell("overlap at the start", "by 1e-7 m", slight, "overlap [m] <= 0", slightly, 0.0)
@@ -48,6 +49,10 @@ def mended(points: np.ndarray, facets: np.ndarray) -> float:
         return np.inf
     found = mass_properties(mesh.vertices, mesh.triangles)
     return max(abs(found.volume - 1.0), float(np.abs(6.0 * found.inertia - np.eye(3)).max()))
+
+
+def _needle_mended(ratio: float) -> float:
+    return mended(*with_needle(1.0 / ratio))
 
 
 def told_of(points: np.ndarray, facets: np.ndarray) -> float:

@@ -110,7 +110,8 @@ def _both(scene: "Scene", steps: int) -> list[Any]:
     except Exception as error:  # noqa: BLE001 - some scene may refuse it, and the table says so
         forced, words = None, [f"refused: {error}"]
     planned.step(scene.dt)
-    spent, done = [[], []], 1
+    spent: list[list[float]] = [[], []]
+    done = 1
     while done < steps and sum(map(sum, spent)) < PATIENCE:
         for k, sim in enumerate(filter(None, (planned, forced))):
             begin = perf_counter()

@@ -22,10 +22,14 @@ def write_index(done: list[tuple[Study, float]], machine: dict[str, Any], folder
     size = "--quick: smallest sizes, few repeats" if quick else "full"
     lines = [
         "# Report",
-        "Made by `comotion report`; every page has its numbers as JSON beside it. Errors are against exact answers,"
-        " times are medians of warm runs.",
-        f"Run: {size}. Machine: {machine['processor']}, {machine['cores']} cores, load {machine['load_at_start']} at"
-        f" the start; {machine['system']}, Python {machine['python']}; {libraries}.",
+        (
+            "Made by `comotion report`; every page has its numbers as JSON beside it. Errors are against exact answers,"
+            " times are medians of warm runs."
+        ),
+        (
+            f"Run: {size}. Machine: {machine['processor']}, {machine['cores']} cores, load"
+            f" {machine['load_at_start']} at the start; {machine['system']}, Python {machine['python']}; {libraries}."
+        ),
         "| study | took |\n|---|---|\n"
         + "\n".join(f"| [{study.title}]({study.name}.md) | {seconds:.0f} s |" for study, seconds in done),
     ]

@@ -1,13 +1,14 @@
 """A ball of facets beside the round one: an oblique hit of two balls, whose outcome is a closed form for spheres.
 
-Ball b comes along x with its centre `OFFSET` above that of a at rest: at the hit the line of centres is
-n = (-sqrt(1 - s^2), 0, s), s = OFFSET / (2 r), and equal masses, e = 1, without friction exchange what they have along n.
+Ball b comes along x with its centre `OFFSET` above that of a at rest: then the line of centres is
+n = (-sqrt(1 - s^2), 0, s), s = OFFSET / (2 r), and equal masses, e = 1, without friction,
+exchange what they have along n.
 """
 
 import numpy as np
 
 from comotion.report.findings import Chart, Curve, Findings, Point
-from comotion.report.scenes import play, simulation, solid
+from comotion.report.scenes import ball, play, simulation, solid
 from comotion.report.study import Progress
 from comotion.report.timing import timed_from
 
@@ -21,13 +22,10 @@ DURATION, STEP = 2.0, 0.1
 
 def study(*, quick: bool, say: Progress) -> Findings:
     """Error of the velocities after the hit against run time, by the number of facets."""
-    from comotion_mock_cfd.body_forms import ball_mesh
-    from comotion_server.meshes import TriangleMesh
-
     found = Findings()
     meshed = Curve("meshed ball", "facets")
     for halvings in (1, 2) if quick else (0, 1, 2, 3, 4, 5):
-        mesh = TriangleMesh(*ball_mesh(RADIUS, halvings))
+        mesh = ball(RADIUS, halvings)
         say(f"{len(mesh.triangles)} facets")
         meshed.points.append(_run(lambda name, mesh=mesh, **state: solid(name, mesh, **state), len(mesh.triangles)))
     curves = [meshed]

@@ -16,10 +16,18 @@ G = 9.81  # [m/s2]
 CUBE = (1.0, 1.0, 1.0)  # [m]
 
 
+def ball(radius: float, halvings: int) -> TriangleMesh:
+    """A ball of facets [m]."""
+    from comotion_mock_cfd.body_forms import ball_mesh
+
+    vertices, triangles = ball_mesh(radius, halvings)
+    return TriangleMesh(vertices, triangles.astype(np.uint32))
+
+
 def solid(name: str, mesh: TriangleMesh, mass: float = 1.0, motion: Any = None, **state: Any) -> Body:
     """A body of uniform density."""
     properties = mass_properties(mesh.vertices, mesh.triangles)
-    vectors = {key: np.asarray(value, dtype=float) for key, value in state.items()}
+    vectors: dict[str, Any] = {key: np.asarray(value, dtype=float) for key, value in state.items()}
     return Body(name, name, motion or Free(), mass, properties.inertia * mass / properties.volume, mesh, **vectors)
 
 
