@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.hierarchy import STACK_SIZE
+from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.ray import way_out, winding_number
 
 Array = NDArray[np.float64]
