@@ -76,7 +76,7 @@ class ExactQueue:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
         self._blocked, self.joined, self.pinched = [], [], []
-        self.rules = self.islands.rules = self._rules
+        self.rules = self.islands.resting.rules = self._rules
         self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
         self.queue.tally[LEFT] = self._granted = self.settings.budget
@@ -94,7 +94,7 @@ class ExactQueue:
         code = -1
         try:
             while not self.islands.take_up(self._elapsed, until):
-                self._block(self._elapsed, self.islands.blocked)
+                self._block(self._elapsed, self.islands.resting.blocked)
             while code not in {events.DONE, events.MERGES}:
                 code = events.play(self.queue, self.scene, self.rules, until)
                 self._help(code, until)
@@ -118,7 +118,7 @@ class ExactQueue:
         if code in {events.REST, events.ISLAND}:
             seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
             while not self.islands.rest(seeds.copy(), now, until):
-                self._block(now, self.islands.blocked)
+                self._block(now, self.islands.resting.blocked)
         elif code == events.BLOCKED:
             cluster = queue.cluster
             rows = np.flatnonzero(cluster.report.certificate[: cluster.size[CONTACTS]])
@@ -137,10 +137,10 @@ class ExactQueue:
 
     def _enlarge(self, code: int, now: float) -> None:
         """More room; a body that could not get all its pairs gets them."""
-        self.queue = self.islands.queue = enlarged(self.queue, code)
+        self.queue = self.islands.resting.queue = enlarged(self.queue, code)
         body = int(self.queue.heap.item[0])
         while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
-            self.queue = self.islands.queue = enlarged(self.queue, code)
+            self.queue = self.islands.resting.queue = enlarged(self.queue, code)
 
     def _joints(self) -> list[Meeting]:
         """The contacts of the cluster that merge, one of each pair of bodies."""
@@ -175,7 +175,9 @@ class ExactQueue:
     def _spend(self, now: float) -> None:
         """The work of a step is used up: the rest of it is taken with e = 0; then bodies stay where they are."""
         if self.rules.restitution.any():
-            self.rules = self.islands.rules = self.rules._replace(restitution=np.zeros_like(self.rules.restitution))
+            self.rules = self.islands.resting.rules = self.rules._replace(
+                restitution=np.zeros_like(self.rules.restitution)
+            )
             self._grant(self.settings.budget)
             return
         cluster = self.queue.cluster
@@ -213,7 +215,7 @@ class ExactQueue:
 
     def record(self) -> CollisionRecord:
         """What happened since `begin`."""
-        queue, rest, names = self.queue, self.islands.record, self.world.names
+        queue, rest, names = self.queue, self.islands.resting.record, self.world.names
         impacts = impacts_of(queue.log, self.settings, names, self.start_time)
         impacts += soft_impacts_of(rest.soft, names, self.start_time)
         impacts.sort(key=lambda impact: impact.time)
@@ -227,7 +229,7 @@ class ExactQueue:
 
     def _contacts(self) -> tuple[Contact, ...]:
         """The impulses of each pair over the step, of impacts and of held contacts."""
-        held, names = self.islands.record.held, self.world.names
+        held, names = self.islands.resting.record.held, self.world.names
         hit = totals_of(self.queue.log)
         none = np.zeros(3)
         found = []
@@ -245,5 +247,5 @@ class ExactQueue:
         """Goes back to a checkpoint, which stays usable."""
         lasting, islands, self._elapsed = kept
         arrays = dict(zip(LASTING, map(copied, lasting), strict=True))
-        self.queue = self.islands.queue = self.queue._replace(**arrays)
+        self.queue = self.islands.resting.queue = self.queue._replace(**arrays)
         self.islands.restore(islands)
