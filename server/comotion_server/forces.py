@@ -30,7 +30,8 @@ class Wrenches:
     def sums(self, centres: Array) -> Sums:
         """Totals, the moment about the world origin."""
         _, xy, xz, yx, _, yz, zx, zy, _ = np.einsum("ni,nj->ij", centres, self.force).ravel().tolist()
-        return Sums(self.force.sum(axis=0), self.moment.sum(axis=0) + (yz - zy, zx - xz, xy - yx))
+        turning = np.array([yz - zy, zx - xz, xy - yx])
+        return Sums(self.force.sum(axis=0), self.moment.sum(axis=0) + turning)
 
 
 def check_dt(dt: float) -> float:

@@ -64,5 +64,4 @@ class Resting:
 
     def others_stand(self, island: Island) -> bool:
         """Whether what an island stands on does not move."""
-        others = np.setdiff1d(island.touched, island.members)
-        return not (self.scene.v[others].any() or self.scene.w[others].any())
+        return not (self.scene.v[island.others].any() or self.scene.w[island.others].any())

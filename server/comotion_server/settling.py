@@ -11,7 +11,7 @@ from comotion_server.kernels.held_contacts import kinetic_energy, move
 from comotion_server.kernels.held_flight import correct
 from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
 from comotion_server.resting import Resting
-from comotion_server.touching import Judgement, SoftImpact, Touching, meetings_of
+from comotion_server.touching import Judgement, SoftImpact, Touching, approach_of
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -50,8 +50,7 @@ def close(rest: Resting, touching: Touching, found: Judgement, time: float) -> b
         return False
     after = kinetic_energy(scene.bodies, touching.members, scene.v, scene.L, scene.w)
     contacts, pushed = touching.contacts, np.flatnonzero(impulse)
-    given = meetings_of(scene, contacts, pushed, ~scene.bodies.reacts)
-    work = sum(impulse[i] * meeting.approach for i, meeting in zip(pushed, given, strict=True))
+    work = impulse[pushed] @ approach_of(scene, contacts, pushed, ~scene.bodies.reacts)
     rest.record.rest_energy += before - after + float(work)
     rest.record.add_held(contacts.bodies, impulse[:, None] * contacts.normal)
     rows = touching.pair[found.closing]
