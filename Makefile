@@ -22,8 +22,8 @@ lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
 bench: $(VENV)/.peers          ## figures that depend on the machine, each beside a peer or a limit; all run, then the verdict
 	@status=0; for name in round_trip geometry contact_times events spheres engines; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
 
-report: $(VENV)/.dev         ## what the shipped scenes run, leave out, and how exact they are
-	$(BIN)/comotion plan float_box drop channel
+report: $(VENV)/.peers         ## error against run time beside other engines, extreme cases, what is left out; up to an hour
+	$(BIN)/comotion report --out docs/report
 
 docs: $(VENV)/.docs          ## the pages as a site in out/docs; warnings, and so broken links, are errors
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs

@@ -55,9 +55,9 @@ def form_volume() -> float:
     return 4 / 9 * LENGTH * BEAM * DRAUGHT - BEAM * DRAUGHT**2 / math.tan(STEM_ANGLE) / 6
 
 
-def hull_mesh() -> tuple[Floats, NDArray[np.uint32]]:
+def hull_mesh(stations: int = STATIONS, waterlines: tuple[int, int] = WATERLINES) -> tuple[Floats, NDArray[np.uint32]]:
     """Vertices [m], shape (n, 3), in the hull's frame and triangles (m, 3): closed, counter-clockwise from outside."""
-    port = _port_side()
+    port = _port_side(stations, waterlines)
     rows, columns, _ = port.shape
     points = np.stack([port, port * (1.0, -1.0, 1.0)]) + 0.0  # + 0.0 turns -0.0 on the centre line into 0.0
     index = np.arange(points[..., 0].size).reshape(2, rows, columns)
@@ -66,11 +66,11 @@ def hull_mesh() -> tuple[Floats, NDArray[np.uint32]]:
     return vertices, first.reshape(-1)[triangles].astype(np.uint32)
 
 
-def _port_side() -> Floats:
+def _port_side(stations: int, waterlines: tuple[int, int]) -> Floats:
     """Points [m] of the port side, shape (waterlines, stations, 3), from keel to deck and from stern to stem."""
-    below, above = WATERLINES
+    below, above = waterlines
     z = np.concatenate([np.linspace(-DRAUGHT, 0.0, below + 1), np.linspace(0.0, FREEBOARD, above + 1)[1:]])
-    xi = np.linspace(-1.0, 1.0, STATIONS + 1)
+    xi = np.linspace(-1.0, 1.0, stations + 1)
     z, xi = np.meshgrid(z, xi, indexing="ij")
     x = xi * np.where(xi < 0.0, LENGTH / 2, LENGTH / 2 + z / math.tan(STEM_ANGLE))
     y = BEAM / 2 * (1.0 - xi**2) * (1.0 - (np.minimum(z, 0.0) / DRAUGHT) ** 2)
@@ -84,7 +84,7 @@ def _side(index: NDArray[np.integer]) -> NDArray[np.integer]:
     with stern post and keel with stem, would lie in the centre plane, twice.
     """
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    half = STATIONS // 2
+    half = index.shape[1] // 2
     aft = [(a, c, b), (a, d, c)]
     fore = [(a, d, b), (b, d, c)]
     parts = [np.stack(facet, axis=-1)[:, :half] for facet in aft] + [

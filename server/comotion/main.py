@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from comotion.commands import check, completion, mock, plan, run, serve, watch
+from comotion.commands import check, completion, mock, plan, report, run, serve, watch
 from comotion.commands.arguments import closest
 from comotion.commands.errors import explain
 
-COMMANDS = (run, serve, mock, watch, check, plan, completion)
+COMMANDS = (run, serve, mock, watch, check, plan, report, completion)
 
 DESCRIPTION = "Motion and collisions of rigid bodies of any shape, as a co-simulation server for CFD solvers."
 EPILOG = """\

@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 from comotion_server.contact_features import ParallelCriteria
 from comotion_server.contact_response import Ledger, Touch, respond
 from comotion_server.meetings import Meeting
+from comotion_server.nesting import INSIDE, nested
 from comotion_server.pair_table import Closeness, PairTable
 from comotion_server.results import Budget, CollisionRecord, Contact
 from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
 BLOCKAGE = 2  # intersections of a pair in a row (P15)
+MEETING = "touch or overlap at the start; expected a gap between all bodies that can collide"
 SAME_TIME = 1e-12  # of the step: collisions closer in time count as simultaneous; rounding of the times is 1e-16 of it
 
 
@@ -163,17 +165,14 @@ class CollisionQueue:
 
     def _refuse_overlaps(self) -> None:
         """The rules know a contact by where it was last apart, so a scene must start without one."""
-        self.table.refresh(0.0, 0.0)
-        distance = self.table.measure(0.0, self.settings.tolerance).distance
-        names = self.world.names
+        table, names, state = self.table, self.world.names, self.world.state
+        table.refresh(0.0, 0.0)
+        distance = table.measure(0.0, self.settings.tolerance).distance
+        found = [(a, b, MEETING) for a, b in table.pairs[distance == 0.0]]
+        parts = table.store.arrays, table.shape_of_body, table.pairs[distance > 0.0], state.position, state.rotation
+        found += [(a, b, INSIDE) for a, b in nested(*parts)]
         problems = [
-            Problem(
-                self.world.scene.name,
-                None,
-                f'bodies "{names[a]}" and "{names[b]}"',
-                "touch or overlap at the start; expected a gap between all bodies that can collide",
-            )
-            for a, b in self.table.pairs[distance == 0.0]
+            Problem(self.world.scene.name, None, f'bodies "{names[a]}" and "{names[b]}"', how) for a, b, how in found
         ]
         if problems:
             raise SceneError(problems)

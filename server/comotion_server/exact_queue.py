@@ -15,7 +15,7 @@ from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_o
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, LEFT, ROW, TIMER
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, LEFT, ROW, TIMER
 from comotion_server.kernels.flight import begin
 from comotion_server.meetings import Meeting
 from comotion_server.queue_room import enlarged
@@ -55,7 +55,7 @@ class ExactQueue:
 
     def __init__(self, world: World) -> None:
         self.world, self.settings = world, world.scene.collisions
-        self.solids = solids_of([body.shape for body in world.scene.bodies])
+        self.solids = solids_of([body.collision_shape for body in world.scene.bodies])
         self._rules = self.rules = rules_of(world.scene)
         self.scene = scene_of(world, self.solids)
         self.queue = queue_of(world, self.solids)
@@ -76,10 +76,11 @@ class ExactQueue:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
         self.start_time = start_time
         self._blocked, self.joined, self.pinched = [], [], []
-        self.rules = self.islands.rules = self._rules
+        self.rules = self.islands.resting.rules = self._rules
         self.islands.begin()
         events.begin_step(self.queue, self.scene, self._elapsed)
         self.queue.tally[LEFT] = self._granted = self.settings.budget
+        self.queue.tally[CUT_SHORT] = 0
         self._elapsed = 0.0
 
     def play(self, until: float) -> float:
@@ -93,7 +94,7 @@ class ExactQueue:
         code = -1
         try:
             while not self.islands.take_up(self._elapsed, until):
-                self._block(self._elapsed, self.islands.blocked)
+                self._block(self._elapsed, self.islands.resting.blocked)
             while code not in {events.DONE, events.MERGES}:
                 code = events.play(self.queue, self.scene, self.rules, until)
                 self._help(code, until)
@@ -117,7 +118,7 @@ class ExactQueue:
         if code in {events.REST, events.ISLAND}:
             seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
             while not self.islands.rest(seeds.copy(), now, until):
-                self._block(now, self.islands.blocked)
+                self._block(now, self.islands.resting.blocked)
         elif code == events.BLOCKED:
             cluster = queue.cluster
             rows = np.flatnonzero(cluster.report.certificate[: cluster.size[CONTACTS]])
@@ -136,10 +137,10 @@ class ExactQueue:
 
     def _enlarge(self, code: int, now: float) -> None:
         """More room; a body that could not get all its pairs gets them."""
-        self.queue = self.islands.queue = enlarged(self.queue, code)
+        self.queue = self.islands.resting.queue = enlarged(self.queue, code)
         body = int(self.queue.heap.item[0])
         while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
-            self.queue = self.islands.queue = enlarged(self.queue, code)
+            self.queue = self.islands.resting.queue = enlarged(self.queue, code)
 
     def _joints(self) -> list[Meeting]:
         """The contacts of the cluster that merge, one of each pair of bodies."""
@@ -174,7 +175,9 @@ class ExactQueue:
     def _spend(self, now: float) -> None:
         """The work of a step is used up: the rest of it is taken with e = 0; then bodies stay where they are."""
         if self.rules.restitution.any():
-            self.rules = self.islands.rules = self.rules._replace(restitution=np.zeros_like(self.rules.restitution))
+            self.rules = self.islands.resting.rules = self.rules._replace(
+                restitution=np.zeros_like(self.rules.restitution)
+            )
             self._grant(self.settings.budget)
             return
         cluster = self.queue.cluster
@@ -212,19 +215,21 @@ class ExactQueue:
 
     def record(self) -> CollisionRecord:
         """What happened since `begin`."""
-        queue, rest, names = self.queue, self.islands.record, self.world.names
+        queue, rest, names = self.queue, self.islands.resting.record, self.world.names
         impacts = impacts_of(queue.log, self.settings, names, self.start_time)
         impacts += soft_impacts_of(rest.soft, names, self.start_time)
         impacts.sort(key=lambda impact: impact.time)
         momentum, angular_momentum, energy = map(float, queue.log.books)
         books = Books(momentum, angular_momentum, energy, len(impacts))
         books.rest_energy, books.shift_work = rest.rest_energy, rest.shift_work
-        budget = Budget(self.settings.budget, int(self._granted - queue.tally[LEFT]), fallback=rest.fallback)
+        used, cut_short = int(self._granted - queue.tally[LEFT]), int(queue.tally[CUT_SHORT])
+        moving = max(int(np.count_nonzero(self.scene.bodies.reacts)), 1) * self._elapsed
+        budget = Budget(self.settings.budget, used, cut_short, rest.fallback / moving if rest.fallback else 0.0)
         return CollisionRecord(tuple(impacts), self._contacts(), books, budget, tuple(self._blocked))
 
     def _contacts(self) -> tuple[Contact, ...]:
         """The impulses of each pair over the step, of impacts and of held contacts."""
-        held, names = self.islands.record.held, self.world.names
+        held, names = self.islands.resting.record.held, self.world.names
         hit = totals_of(self.queue.log)
         none = np.zeros(3)
         found = []
@@ -242,5 +247,5 @@ class ExactQueue:
         """Goes back to a checkpoint, which stays usable."""
         lasting, islands, self._elapsed = kept
         arrays = dict(zip(LASTING, map(copied, lasting), strict=True))
-        self.queue = self.islands.queue = self.queue._replace(**arrays)
+        self.queue = self.islands.resting.queue = self.queue._replace(**arrays)
         self.islands.restore(islands)

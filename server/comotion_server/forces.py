@@ -29,8 +29,9 @@ class Wrenches:
 
     def sums(self, centres: Array) -> Sums:
         """Totals, the moment about the world origin."""
-        moment = self.moment + np.cross(centres, self.force)
-        return Sums(self.force.sum(axis=0), moment.sum(axis=0))
+        _, xy, xz, yx, _, yz, zx, zy, _ = np.einsum("ni,nj->ij", centres, self.force).ravel().tolist()
+        turning = np.array([yz - zy, zx - xz, xy - yx])
+        return Sums(self.force.sum(axis=0), self.moment.sum(axis=0) + turning)
 
 
 def check_dt(dt: float) -> float:

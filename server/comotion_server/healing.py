@@ -34,7 +34,11 @@ def candidates(inner: Inner, pinches: Sequence[Meeting]) -> list[int]:
 
 def depth_of(pinches: Sequence[Meeting], seconds: float, least: float) -> float:
     """The overlap to be cleared [m]: the one there is, or the one that given motion would cause in the time left."""
-    ahead = seconds * sum(max(pinch.approach, 0.0) for pinch in pinches)
+    closing: dict[tuple[int, int], float] = {}
+    for pinch in pinches:
+        pair = pinch.a, pinch.b
+        closing[pair] = max(closing.get(pair, 0.0), pinch.approach)
+    ahead = seconds * sum(closing.values())
     return max(least, ahead, *(pinch.depth for pinch in pinches))
 
 
@@ -69,8 +73,12 @@ def shrunk(inner: Inner, i: int, pinches: Sequence[Meeting], depth: float, setti
 
 
 def _scaled(body: Body, s: float, lighter: float, easier: float) -> Body:
-    shape = TriangleMesh(s * body.mesh.vertices, body.mesh.triangles)
-    return replace(body, shape=shape, mass=lighter * body.mass, inertia=easier * body.inertia)
+    shape, frame = _smaller(body.mesh, s), None if body.frame is None else _smaller(body.frame, s)
+    return replace(body, shape=shape, frame=frame, mass=lighter * body.mass, inertia=easier * body.inertia)
+
+
+def _smaller(mesh: TriangleMesh, s: float) -> TriangleMesh:
+    return TriangleMesh(s * mesh.vertices, mesh.triangles)
 
 
 def wear_of(before: World, after: World, i: int, scale: float, depth: float, time: float) -> Wear:

@@ -11,7 +11,7 @@ each, or when something hits it, its bodies are landed, the contacts are found a
 An island whose bodies all stand still sleeps: nothing is done until a force on it changes or somebody comes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class Island:
     end: float
     push: Array  # (c,3) of a body asleep or of time-stepping: impulse per second on b [N]
     asleep: bool = False
+    others: Rows = field(init=False)  # that it touches, but which are no members
+
+    def __post_init__(self) -> None:
+        self.others = np.setdiff1d(self.touched, self.members)
 
     def weights(self, time: float) -> Array:
         """What each stage (4,) counts for the velocities gained until `time` [s]: dense output of third order."""

@@ -73,10 +73,11 @@ def _combined(group: Sequence[Part]) -> Part:
         R, arm = state[2], state[0] - centre
         inertia += R @ body.inertia @ R.T + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
         momentum += own + body.mass * np.cross(arm, state[1] - velocity)
-        vertices.append(body.mesh.vertices @ R.T + arm)
-        triangles.append(body.mesh.triangles + np.uint32(first))
+        mesh = body.collision_mesh  # nobody but the queue sees the whole's surface
+        vertices.append(mesh.vertices @ R.T + arm)
+        triangles.append(mesh.triangles + np.uint32(first))
         inside += [replace(member, offset=R @ member.offset + arm, turn=R @ member.turn) for member in part.members]
-        first += len(body.mesh.vertices)
+        first += len(mesh.vertices)
     momentum = np.where(locked[3:], 0.0, momentum)
     turning = np.flatnonzero(~locked[3:])
     spin = np.zeros(3)

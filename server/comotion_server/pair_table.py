@@ -79,9 +79,9 @@ class PairTable:
     def __init__(self, world: World) -> None:
         bodies = world.scene.bodies
         self.world = world
-        self.store = MeshStore.build([body.mesh for body in bodies])
+        self.store = MeshStore.build([body.collision_mesh for body in bodies])
         self.shape_of_body = self.store.shape_of_mesh
-        self.radius = 0.5 * np.array([body.mesh.size for body in bodies])
+        self.radius = 0.5 * np.array([body.collision_mesh.size for body in bodies])
         self.pairs = np.empty((0, 2), dtype=np.int64)
         self.last = LastApart.of(0)
         self._threads = PairThreads()

@@ -4,6 +4,7 @@ A stage that a scene does not need is not built: its code is not imported, its k
 not exist. The loop in `simulation` runs what is there and asks nothing.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -207,10 +208,26 @@ def _decide_vertices(scene: Scene) -> Decision:
     return Decision(kept=True, reason=f"but for {names}: never moves, placed once")
 
 
+def _decide_frames(scene: Scene) -> Decision:
+    framed = [body for body in scene.bodies if body.frame is not None]
+    if not framed:
+        return Decision(kept=False, reason="every body collides with its own surface")
+    if not _decide_collisions(scene).kept:
+        return Decision(kept=False, reason="nothing collides")
+    sizes = {region: len(bodies) for region, bodies in scene.regions.items()}
+    counts = Counter(body.region for body in framed)
+    whose = ", ".join(
+        f'"{region}"' if count == sizes[region] else f'{count} of {sizes[region]} in "{region}"'
+        for region, count in sorted(counts.items())
+    )
+    return Decision(kept=True, reason=f"{_plural(len(framed), 'body collides', 'bodies collide')} with frames: {whose}")
+
+
 STAGES = (
     Stage("motion tables", _decide_tables, _build_tables),
     Stage("take off", _decide_take_off, _build_take_off),
     Stage("collisions", _decide_collisions, _build_collisions),
+    Stage("frames", _decide_frames),
     Stage("merging", _decide_merging),
     Stage("healing", _decide_healing),
     Stage("parallel contacts", _decide_parallel),

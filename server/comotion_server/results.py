@@ -73,7 +73,7 @@ class Budget:
     limit: int
     used: int
     capped: int = 0  # impacts whose reflections did not end: answered with e = 0
-    fallback: float = 0.0  # share of the step, 0 to 1, in which contacts were held by time-stepping
+    fallback: float = 0.0  # share of the step and of the bodies, 0 to 1, whose contacts were held by time-stepping
 
     @property
     def exhausted(self) -> bool:
@@ -154,7 +154,7 @@ def together(records: Sequence[CollisionRecord]) -> CollisionRecord:
         max(budget.limit for budget in budgets),
         sum(budget.used for budget in budgets),
         sum(budget.capped for budget in budgets),
-        sum(budget.fallback for budget in budgets),
+        max(budget.fallback for budget in budgets),
     )
     return CollisionRecord(
         tuple(impact for record in records for impact in record.impacts),

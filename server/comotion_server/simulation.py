@@ -111,9 +111,9 @@ class Simulation:
         """
         dt = check_dt(dt)
         given = self._wrenches(forces, wrenches)
-        sums = given.sums(self._last_sent().state.position)
         if not self._world.stays_in_range(given.force, given.moment, dt):
             raise StepInputError(f"dt = {dt} with these forces: the motion leaves the range of numbers")
+        sums = given.sums(self._last_sent().state.position)
         step = Step(self.time, dt, given)
         self._run(step)
         self._clock, self._sent = self._clock.after(dt), None

@@ -14,6 +14,7 @@ from comotion_server.kernels.event_scene import DELTA, Queue, Scene
 from comotion_server.kernels.penetration import overlap_depth
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
+from comotion_server.nesting import INSIDE, nested
 from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
@@ -23,16 +24,20 @@ SLIGHT = 1e-6  # of the smaller body's size: overlaps that are taken as contact
 SWEEPS = 1000  # over all pairs that touch: a column of some thirty bodies comes apart
 LEAST = 0.1  # of delta: a gap that is enough; below, the first contact would be where the bodies are
 MIDDLE = 0.5  # of delta: the gap that bodies are given
+OVERLAP = "overlap at the start; expected a gap, or that they just touch"
 
 
 def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
     """Moves bodies that touch apart.
 
     Raises:
-        SceneError: bodies overlap, or touch where neither can give way.
+        SceneError: bodies overlap, one is inside another, or they touch where neither can give way.
     """
     pairs = queue.pairs.bodies
     rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
+    if scene.solids.meshes is not None:
+        for inner, outer in nested(scene.solids.meshes, scene.solids.shape, pairs[rows], scene.x, scene.R):
+            raise SceneError([_problem(world, inner, outer, INSIDE)])
     work, touching = queue.patch_work, (0, 0)
     for _ in range(SWEEPS):
         apart = True
@@ -45,12 +50,11 @@ def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
                 apart, touching = False, (a, b)
         if apart:
             return
-    raise SceneError([_problem(world, *touching)])
+    raise SceneError([_problem(world, *touching, OVERLAP)])
 
 
-def _problem(world: World, a: int, b: int) -> Problem:
-    where = f'bodies "{world.names[a]}" and "{world.names[b]}"'
-    return Problem(world.scene.name, None, where, "overlap at the start; expected a gap, or that they just touch")
+def _problem(world: World, a: int, b: int, words: str) -> Problem:
+    return Problem(world.scene.name, None, f'bodies "{world.names[a]}" and "{world.names[b]}"', words)
 
 
 def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float, witness: NDArray[np.int64]) -> None:
@@ -60,7 +64,7 @@ def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float,
     free = [np.where(scene.bodies.inverse_mass[i] > 0.0, direction, 0.0) * scene.bodies.reacts[i] for i in (a, b)]
     ease = float((free[0] + free[1]) @ direction)  # whatever their masses: columns come apart in fewer sweeps
     if depth > slight or ease == 0.0:
-        raise SceneError([_problem(world, a, b)])
+        raise SceneError([_problem(world, a, b, OVERLAP)])
     scene.x[a] -= (wanted + depth) / ease * free[0]
     scene.x[b] += (wanted + depth) / ease * free[1]
 

@@ -63,15 +63,22 @@ class Touching:
         return sums[where]
 
 
+def approach_of(scene: Scene, contacts: Contacts, rows: Rows, movers: Mask) -> Array:
+    """Speeds (k,) [m/s] at which contacts `rows` close by the motion of the bodies that `movers` (n,) marks."""
+    closing = np.zeros(len(rows))
+    for side, arms in enumerate((contacts.arm_a, contacts.arm_b)):
+        j = contacts.bodies[rows, side]
+        velocity = movers[j, None] * (scene.v[j] + np.cross(scene.w[j], arms[rows]))
+        closing += (1.0 - 2.0 * side) * np.einsum("ij,ij->i", velocity, contacts.normal[rows])
+    return closing
+
+
 def meetings_of(scene: Scene, contacts: Contacts, rows: Rows, movers: Mask) -> list[Meeting]:
     """Contacts `rows` of bodies at their states; approaching by the motion of bodies that `movers` marks."""
     found = []
-    for i in rows.tolist():
+    for i, approach in zip(rows.tolist(), approach_of(scene, contacts, rows, movers).tolist(), strict=True):
         a, b = contacts.bodies[i].tolist()
-        sides = (a, contacts.arm_a[i]), (b, contacts.arm_b[i])
-        speeds = [movers[j] * (scene.v[j] + np.cross(scene.w[j], arm)) for j, arm in sides]
-        normal = contacts.normal[i].copy()
-        found.append(Meeting(a, b, scene.x[b] + contacts.arm_b[i], normal, float((speeds[0] - speeds[1]) @ normal)))
+        found.append(Meeting(a, b, scene.x[b] + contacts.arm_b[i], contacts.normal[i].copy(), approach))
     return found
 
 

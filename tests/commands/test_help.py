@@ -31,7 +31,10 @@ def test_version():
     [
         (
             ["rnu"],
-            "there is no command 'rnu'; did you mean 'run'?; allowed: run, serve, mock, watch, check, plan, completion",
+            (
+                "there is no command 'rnu'; did you mean 'run'?; "
+                "allowed: run, serve, mock, watch, check, plan, report, completion"
+            ),
         ),
         (["plan", "chanel"], "there is no scene 'chanel'; did you mean 'channel'?; give a scene file"),
         (["run", "drop", "--dt", "0"], "argument --dt: expected a positive number, got '0'"),

@@ -26,14 +26,14 @@ def read_stl(path):
     return vertices.astype(float), index.reshape(-1, 3), facets["normal"]
 
 
-@pytest.mark.parametrize("name", ["hull", "box"])
+@pytest.mark.parametrize("name", ["hull", "hull_frame", "bank", "box"])
 def test_the_committed_file_is_what_the_generator_writes(name, tmp_path):
     out = tmp_path / "out.stl"
     subprocess.run([sys.executable, "-m", f"comotion_mock_cfd.{name}_form", str(out)], check=True, timeout=60)
     assert out.read_bytes() == (FOLDER / f"{name}.stl").read_bytes()
 
 
-@pytest.mark.parametrize("name", ["hull", "box"])
+@pytest.mark.parametrize("name", ["hull", "hull_frame", "bank", "box"])
 def test_the_surface_is_closed_and_faces_outwards(name):
     vertices, triangles, normals = read_stl(FOLDER / f"{name}.stl")
     edges = Counter(map(tuple, triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).tolist()))

@@ -10,7 +10,7 @@ from comotion_mock_cfd.fluid import load_fluid
 from comotion_mock_cfd.fluid_forces import fluid_forces
 from comotion_mock_cfd.nodal import wrench_about
 from comotion_mock_cfd.scenes import names, path_of
-from comotion_server.scene import Fixed, Plane, Prescribed, load_scene
+from comotion_server.scene import Fixed, Plane, Prescribed, check_scene, load_scene
 
 
 def placed(body):
@@ -40,19 +40,9 @@ def clear(p, q):
 
 def test_names_and_paths():
     assert names() == (
-        *(
-            "billiard",
-            "blockage",
-            "bounce",
-            "bounce_mesh",
-            "channel",
-            "cradle",
-            "cradle_cubes",
-            "drop",
-            "elastic",
-            "float_box",
-        ),
-        *("gas", "jam", "jam_1000", "linked", "pipe", "pipe_capped", "push", "ring", "staircase", "tumble"),
+        *("billiard", "blockage", "bounce", "bounce_mesh", "channel", "channel_thrust", "cradle", "cradle_cubes"),
+        *("drop", "elastic", "float_box", "free_water", "gas", "jam", "jam_1000", "linked", "pipe", "pipe_capped"),
+        *("push", "ring", "staircase", "tumble"),
     )
     with pytest.raises(KeyError, match="no shipped scene 'tank'; there are billiard, blockage, bounce, bounce_mesh"):
         path_of("tank")
@@ -143,6 +133,52 @@ def test_the_bow_reaches_the_ice_within_half_a_second(channel):
         arm = bow[:, None] - corners
         entered |= (edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] > 0).all(axis=1).any()
     assert entered
+
+
+def test_the_bays_of_the_banks_begin_near_the_start_and_mirror_each_other(channel):
+    scene, _ = channel
+    starboard, port = sorted(map(placed, scene.regions["banks"]), key=lambda corners: corners[:, 1].mean())
+    mirrored = starboard * [1.0, -1.0, -1.0]  # half a turn about x, and the same above and below
+    order, other = (np.lexsort(np.round(corners, 6).T) for corners in (port, mirrored))
+    np.testing.assert_allclose(port[order], mirrored[other], atol=1e-7)  # float32 of 5.8 m
+    face = port[(port[:, 1] < 1.4) & (port[:, 2] > 0.0)]
+    noses = face[face[:, 1] < 0.951]
+    assert len(face) == 13
+    assert (noses[:, 0].min(), noses[:, 0].max()) == pytest.approx((0.8, 5.8), abs=1e-6)
+    assert face[(face[:, 0] > 1.0) & (face[:, 1] > 1.0)][:, 0].max() < 2.25
+
+
+@pytest.mark.parametrize("name", ["channel", "channel_thrust", "free_water"])
+def test_the_hull_collides_with_a_frame_of_its_own_and_floes_with_theirs(name):
+    report = check_scene(path_of(name))
+    hull = next(body for body in report.bodies if body.name == "hull")
+    assert (hull.frame, hull.triangles, hull.frame_triangles) == ("hull_frame.stl", 1198, 142)
+    assert hull.clearance == pytest.approx(2.6e-3, rel=0.01)  # what the scenes say
+    floes = [body for body in report.bodies if body.region == "ice"]
+    assert [body.clearance for body in floes] == pytest.approx([0.0005] * len(floes))
+
+
+def test_the_hull_under_thrust_floats_at_rest_and_keeps_its_speed_in_open_water():
+    scene, fluid_scene = load_scene(path_of("channel_thrust")), load_fluid(path_of("channel_thrust"))
+    (hull,) = scene.regions["hull"]
+    vertices, weight = placed(hull), hull.mass * fluid_scene.gravity
+
+    def wrench(speed):
+        moving = np.tile([speed, 0.0, 0.0], (len(vertices), 1))
+        return wrench_about(hull.position, vertices, fluid_forces(fluid_scene, vertices, moving, hull.mesh.triangles))
+
+    # The scene gives 9 digits of a draught of 0.25 m, and of the trim.
+    assert wrench(0.0)[:3] == pytest.approx([0.0, 0.0, weight], abs=1e-6 * weight)
+    assert wrench(0.0)[3:] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6 * weight)
+    assert wrench(0.5)[0] == pytest.approx(-hull.motion.thrust[0], rel=0.01)
+
+
+def test_the_floes_of_free_water_lie_apart_and_ahead_of_the_hull():
+    scene = load_scene(path_of("free_water"))
+    outlines = [outline(floe) for floe in scene.regions["ice"]]
+    assert len(outlines) == 24
+    assert min(clear(p, q) for i, p in enumerate(outlines) for q in outlines[:i]) > 0.005 - 1e-12
+    assert min(corners[:, 0].min() for corners in outlines) > 1.05 - 1e-12
 
 
 @pytest.mark.parametrize("name", names())

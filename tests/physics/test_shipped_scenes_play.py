@@ -1,5 +1,7 @@
 """The scenes that come with comotion give the answers that their page states, and never an intersection."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from played import angular_momentum, energy, hits, momentum, play, row_of, smallest_gap
@@ -120,3 +122,17 @@ def test_channel():
         assert smallest_gap(sim, 0.002) > 0.0
     assert worst_books(out) <= 1e-12
     assert {step.status for step in out} == {"ok"}
+
+
+@pytest.mark.parametrize("name", ["channel_thrust", "free_water"])
+def test_ships_in_ice(name):
+    """The first contacts: books, and bodies that stay apart by what their frames have to spare."""
+    sim, scene, out = shipped(name), replace(load_fluid(path_of(name)), duration=0.6), []
+    with Peers("memory", sim) as peers, peers.open(wants=wants(), dt=scene.dt) as motion:
+        CfdClient(motion, scene).run(out.append)
+    hull = row_of(sim, "hull")
+    met = [contact for step in out for contact in step.reply.contacts if "hull" in (contact.body_a, contact.body_b)]
+    assert met
+    assert smallest_gap(sim, 0.002) >= 2 * 0.0005 - EXACT
+    assert {step.reply.status for step in out} == {"ok"}
+    assert sim.bodies.velocity[hull, 0] == pytest.approx(0.5, rel=0.01)

@@ -126,3 +126,19 @@ def test_a_hull_that_pushes_floes(count, restitution, most):
     whole = pushed_to_the_end(count, restitution, 1)
     for parts in (2, 5, 10):
         np.testing.assert_allclose(pushed_to_the_end(count, restitution, parts), whole, rtol=0.0, atol=most)
+
+
+@pytest.mark.parametrize(("count", "restitution"), [(3, 0.0), (6, 0.0), (6, 0.4)])
+def test_every_floe_takes_what_its_contacts_and_forces_give(count, restitution):
+    sim = pushed(count, restitution)
+    names = list(sim.bodies.names)
+    for k in range(round(PUSH_END / HOLD)):
+        wrenches = np.random.default_rng(k // 5).normal(size=(count + 1, 6)) * [0.3, 0.3, 0.0, 0.0, 0.0, 0.02]
+        wrenches[:, 0] -= 0.4
+        before, given = sim.bodies.velocity, HOLD * wrenches[:, :3]
+        for contact in sim.step(HOLD, wrenches=wrenches).contacts:
+            given[names.index(contact.body_b)] += contact.impulse
+            given[names.index(contact.body_a)] -= contact.impulse
+        floes = [i for i, name in enumerate(names) if name != "hull"]
+        change = sim.bodies.mass[floes, None] * (sim.bodies.velocity - before)[floes]
+        np.testing.assert_allclose(change[:, :2], given[floes, :2], rtol=0.0, atol=1e-14)  # [N s]; impulses of 1

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes_by_hand import fixed_box, free_box, moved_box, scene_of
+from scenes_by_hand import fixed_box, free_box, moved_box, scene_of, solid
 
+from comotion_server.meshes import TriangleMesh, box
 from comotion_server.scene import Free, SceneError
 from comotion_server.simulation import Simulation
 
@@ -139,6 +140,23 @@ def test_rule_exact_gives_bodies_that_touch_a_gap_and_refuses_those_that_overlap
     assert 0.0 < gap < 1e-7
     with pytest.raises(SceneError, match=r'bodies "a" and "b": overlap at the start'):
         two_cubes(-0.3, 1.0)
+
+
+@pytest.mark.parametrize("rule", ["exact", "paper", "paper-advance"])
+def test_a_body_inside_another_is_refused_by_name(rule):
+    inner, outer = free_box("inner", (0.2, 0.2, 0.2), 1.0), free_box("outer", (1.0, 1.0, 1.0), 1.0)
+    with pytest.raises(SceneError, match=r'bodies "inner" and "outer": the first is inside the second at the start'):
+        Simulation(scene_of(inner, outer, rule=rule))
+
+
+@pytest.mark.parametrize("rule", ["exact", "paper"])
+def test_a_body_in_a_cavity_is_inside_nothing(rule):
+    outer, inner = box([1.0, 1.0, 1.0]), box([0.8, 0.8, 0.8])
+    vertices = np.vstack([outer.vertices, inner.vertices])
+    triangles = np.vstack([outer.triangles, inner.triangles[:, ::-1] + np.uint32(len(outer.vertices))])
+    room = solid("room", TriangleMesh(vertices, triangles), mass=1.0)
+    sim = Simulation(scene_of(free_box("body", (0.2, 0.2, 0.2), 1.0), room, rule=rule))
+    assert sim.step(0.1).status == "ok"
 
 
 def tumbling_boxes(rng, names):

@@ -143,7 +143,7 @@ restitution = 1.5
         ('motion = { table = "t.csv" }\nposition = [0, 0, 0]', ".position: the table of poses says where the body is"),
         ('mass = 1\nregion = "a/b"', ".region: must be made of letters, digits and _ . + -"),
         ('mass = 1\nmaterial = ""', ".material: must be made of letters"),
-        ("mass = 1\nframe = { scale = 1.02 }", ".frame: unknown key 'frame'"),
+        ("mass = 1\nframe = { scales = 1.02 }", ".frame.scales: unknown key 'scales'; did you mean 'scale'?"),
         ("mass = 1\nsoft = true", ".soft: unknown key 'soft'"),
     ],
 )

@@ -25,6 +25,7 @@ LISTED = {
     "| `capsule` |": tables.CapsuleTable,
     "| `cylinder` |": tables.CylinderTable,
     "| `pipe` |": tables.PipeTable,
+    "| `frame` |": tables.FrameTable,
     "## Motion": tables.MotionTable,
     "| `place` |": tables.PlaceTable,
     "| `grid` |": tables.GridTable,

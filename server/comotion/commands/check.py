@@ -76,10 +76,25 @@ def _text(report: "SceneReport") -> str:
         for region in report.regions
     ]
     shapes: dict[str, list[BodyReport]] = {}
+    frames: dict[tuple[str, str], list[BodyReport]] = {}
     for body in report.bodies:
         shapes.setdefault(body.shape, []).append(body)
+        if body.frame is not None:
+            frames.setdefault((body.shape, body.frame), []).append(body)
     meshes = [line for shape, bodies in shapes.items() for line in _mesh(shape, bodies, bodies[0].health)]
-    return "\n".join([f"scene {report.name}", "regions", *regions, "bodies", *_bodies(report), "meshes", *meshes])
+    parts = ["regions", *regions, "bodies", *_bodies(report), "meshes", *meshes]
+    if frames:
+        parts += ["frames", *map(_frame, frames.values())]
+    return "\n".join([f"scene {report.name}", *parts])
+
+
+def _frame(bodies: list["BodyReport"]) -> str:
+    size = f"{bodies[0].frame_triangles} triangles, least clearance {bodies[0].clearance:.6g} m"
+    return f"  {bodies[0].frame} ({_whose(bodies)}): {size}"
+
+
+def _whose(bodies: list["BodyReport"]) -> str:
+    return _bodies_of(len(bodies)) if len(bodies) > 1 else bodies[0].name
 
 
 def _bodies_of(count: int) -> str:
@@ -100,5 +115,4 @@ def _mesh(shape: str, bodies: list["BodyReport"], health: "MeshHealth | None") -
     if health is None:
         return []
     notes = [f"    note: {note}" for note in bodies[0].notes]
-    whose = _bodies_of(len(bodies)) if len(bodies) > 1 else bodies[0].name
-    return [f"  {shape} ({whose})", *(f"    {line}" for line in health.table().splitlines()), *notes]
+    return [f"  {shape} ({_whose(bodies)})", *(f"    {line}" for line in health.table().splitlines()), *notes]

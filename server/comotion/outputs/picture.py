@@ -56,6 +56,14 @@ class Still:
         """Whether a body may move."""
         return self.motion.get(body, "free") != "fixed"
 
+    def encloses(self, body: str) -> bool:
+        """Whether a body that does not move has all that does inside its box, and would hide it."""
+        if self.moves(body):
+            return False
+        own = next(self.surface.points_of(other) for other in self.surface.bodies if other.name == body)
+        inside = self.points_seen
+        return bool((own.min(axis=0) < inside.min(axis=0)).all() and (own.max(axis=0) > inside.max(axis=0)).all())
+
     @property
     def points_seen(self) -> NDArray[np.float64]:
         """Points [m], shape (n, 3), that the view takes in."""

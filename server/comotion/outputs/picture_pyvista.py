@@ -28,6 +28,7 @@ SUN = np.array([0.8, 0.25, -1.0])  # direction of its light; shadows are points 
 LIFT = 4e-4  # part of the scene's size by which shadows lie above the water, or the two flicker
 WATER_REACH = 6.0  # sizes of the scene by which the water goes on around it: beyond the picture's edges
 PNG_EFFORT = 3  # of 9: how hard PNG files are pressed; more takes longer than drawing
+GLASS = 60  # of 255: opacity of what has everything else inside
 TINT = 0.035  # bodies of one colour differ by as much in brightness, so that neighbours are told apart
 
 
@@ -129,8 +130,10 @@ def _as_cells(rows: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
 
 
 def _palette(still: Still) -> NDArray[np.uint8]:
-    """A colour per body, shape (bodies, 3): by the way it moves, in slightly different shades."""
+    """A colour per body, shape (bodies, 4): by the way it moves, in slightly different shades; glass if it encloses."""
     base = np.array([pv.Color(still.colour(body.name)).int_rgb for body in still.surface.bodies], dtype=float)
     step = np.arange(len(base)) * 0.618034 % 1.0  # the golden ratio: neighbours in the list lie far apart
-    shades: NDArray[np.uint8] = np.clip(base * (1.0 - TINT * (0.5 + step))[:, None], 0, 255).astype(np.uint8)
-    return shades
+    shades = np.clip(base * (1.0 - TINT * (0.5 + step))[:, None], 0, 255)
+    opacity = [GLASS if still.encloses(body.name) else 255 for body in still.surface.bodies]
+    colours: NDArray[np.uint8] = np.column_stack([shades, opacity]).astype(np.uint8)
+    return colours

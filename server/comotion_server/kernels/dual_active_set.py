@@ -54,6 +54,16 @@ def widen(reach, y):
 
 
 @jit
+def widen_by(reach, A, multiplier):
+    """Raises reach (n,) to the sizes of the terms of A^T multiplier, which may cancel."""
+    for k in range(len(reach)):
+        total = 0.0
+        for i in range(len(multiplier)):
+            total += abs(A[i, k] * multiplier[i])
+        reach[k] = max(reach[k], total)
+
+
+@jit
 def most_violated(A, b, out, y, reach):
     """The row with the largest violation |b - a.y| / |a| above rounding, among those not `out`; -1: none."""
     worst, found = 0.0, -1
@@ -193,6 +203,7 @@ def project(A, b, equal, weak, x, y, multiplier, certificate):
     if count > 0:
         refine(A, b, factors, count, x, y, multiplier)
         widen(reach, y)
+        widen_by(reach, A, multiplier)
     for _ in range(STEPS_PER_ROW * m + 1):
         for i in range(m):
             out[i] = equal[i] or skipped[i]

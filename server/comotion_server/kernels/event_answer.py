@@ -2,8 +2,8 @@
 
 from comotion_server.kernels.cluster_books import audit, carried_by, given_by
 from comotion_server.kernels.contact_manifold import manifold
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, DELTA, PAIRS
-from comotion_server.kernels.impact_cluster import BLOCKED, collide
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, DELTA, PAIRS
+from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.time_of_impact import CLOSING
@@ -97,6 +97,8 @@ def answer(queue, scene, rules):
     )
     if status == BLOCKED:
         return status
+    if status != SOLVED:
+        queue.tally[CUT_SHORT] += 1
     carried_by(bodies, members, *state, point, after, scale)
     given_by(bodies, contacts, count, scene.x, cluster.impulse, cluster.report.book, point, given)
     audit(before, after, given, scale, cluster.ledgers[4], queue.log.books)

@@ -21,8 +21,10 @@ DELTA = 10.0  # times the tolerance of the time of impact: two bodies touch when
 
 # of `tally`: body of the timer that is due; row of a pair; hits that may still be answered; 1: the last one has been
 TIMER, ROW, LEFT, ANSWERED = 0, 1, 2, 3
+# impacts whose reflections did not end, or that had no elastic answer: energy was lost
+CUT_SHORT = 10
 # hits so far; those in a row of one pair at one time, and the most of them; new rooms, items and times of impact asked
-HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 10
+HITS, RUN, LONGEST_RUN, ROOMS, ITEMS, ASKED, TALLIES = 4, 5, 6, 7, 8, 9, 11
 
 NOW, UNTIL = 0, 1  # of `now`
 

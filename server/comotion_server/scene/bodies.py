@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from comotion_server.meshes.mesh_errors import MeshError
 from comotion_server.scene.csv_table import read_pose_table
+from comotion_server.scene.frames import Frame, Frames
 from comotion_server.scene.model import Body, Fixed, Free, Prescribed
 from comotion_server.scene.placement import PlacementError, member_count, member_poses
 from comotion_server.scene.scene_errors import SceneError
@@ -31,11 +32,20 @@ MAX_VERTICES = 100_000_000
 
 @dataclass(frozen=True, eq=False)
 class MadeBody:
-    """A body, the solid it was made of, and the place in the scene file that asked for it."""
+    """A body, the solid it was made of, its frame if any, and the place in the scene file that asked for it."""
 
     body: Body
     solid: Solid
+    frame: Frame | None
     keys: Keys
+
+
+class _Parts(NamedTuple):
+    """What a body, or all members of an array, are made of."""
+
+    solid: Solid
+    frame: Frame | None
+    motion: Free | Fixed | Prescribed
 
 
 class BodyMaker:
@@ -45,49 +55,52 @@ class BodyMaker:
         self.folder = folder
         self.problems = problems
         self.solids = Solids(folder)
+        self.frames = Frames(folder)
         self.made: list[MadeBody] = []
         self.vertices = 0
 
     def add_body(self, table: BodyTable, keys: Keys) -> None:
         """The body of a `[[body]]` at `keys`."""
-        solid, motion = self._solid(table, keys), self._motion(table, keys)
-        if solid is None or motion is None or not self._room(1, solid, keys):
+        parts = self._parts(table, keys)
+        if parts is None or not self._room(1, parts.solid, keys):
             return
+        motion = parts.motion
         if isinstance(motion, Prescribed) and motion.table is not None:
             position, quaternion = motion.table.pose(0.0)
         else:
-            position = solid.centre.copy() if table.position is None else np.array(table.position)
+            position = parts.solid.centre.copy() if table.position is None else np.array(table.position)
             quaternion = _unit(table.quaternion)
-        self._add(table, table.name, solid, motion, (position, quaternion), keys)
+        self._add(table, table.name, parts, (position, quaternion), keys)
 
     def add_array(self, table: ArrayTable, keys: Keys) -> None:
         """The members of an `[[array]]` at `keys`, numbered so that the order of names is the order of places."""
-        solid, motion = self._solid(table, keys), self._motion(table, keys)
-        if solid is None or motion is None or not self._room(member_count(table.place), solid, keys):
+        parts = self._parts(table, keys)
+        if parts is None or not self._room(member_count(table.place), parts.solid, keys):
             return
+        around = parts.solid.outline if parts.frame is None else parts.frame.mesh.vertices
         try:
-            positions, quaternions = member_poses(table.place, _unit(table.quaternion), solid.outline, self.folder)
+            positions, quaternions = member_poses(table.place, _unit(table.quaternion), around, self.folder)
         except PlacementError as error:
             self.problems.add((*keys, "place", "random"), str(error))
             return
         except SceneError as error:
             self.problems.add_from_file(error, (*keys, "place", "poses"), str(table.place.poses))
             return
-        if table.place.poses is not None and not self._room(len(positions), solid, keys):
+        if table.place.poses is not None and not self._room(len(positions), parts.solid, keys):
             return
         digits = max(3, len(str(len(positions))))
         for number, pose in enumerate(zip(positions, quaternions, strict=True), start=1):
-            self._add(table, f"{table.name}-{number:0{digits}d}", solid, motion, pose, keys)
+            self._add(table, f"{table.name}-{number:0{digits}d}", parts, pose, keys)
 
     def _add(
         self,
         table: BodyKeys,
         name: str,
-        solid: Solid,
-        motion: Free | Fixed | Prescribed,
+        parts: _Parts,
         pose: tuple[Floats, Floats],
         keys: Keys,
     ) -> None:
+        solid, frame, motion = parts
         velocity, angular_velocity = np.array(table.velocity), np.array(table.angular_velocity)
         if isinstance(motion, Prescribed):
             velocity, angular_velocity = motion.velocity.copy(), motion.angular_velocity.copy()
@@ -106,9 +119,24 @@ class BodyMaker:
             velocity=velocity,
             angular_velocity=angular_velocity,
             material=table.material,
+            frame=None if frame is None else frame.mesh,
             scalable=table.scalable,
         )
-        self.made.append(MadeBody(body, solid, keys))
+        self.made.append(MadeBody(body, solid, frame, keys))
+
+    def _parts(self, table: BodyKeys, keys: Keys) -> _Parts | None:
+        solid, motion = self._solid(table, keys), self._motion(table, keys)
+        if solid is None or motion is None:
+            return None
+        if table.frame is None:
+            return _Parts(solid, None, motion)
+        try:
+            return _Parts(solid, self.frames.of(table.frame, solid), motion)
+        except MeshError as error:
+            (kind,) = table.frame.model_fields_set
+            message = str(error) if table.frame.stl is None else f"{table.frame.stl}: {error}"
+            self.problems.add((*keys, "frame", kind), message)
+            return None
 
     def _solid(self, table: BodyKeys, keys: Keys) -> Solid | None:
         try:

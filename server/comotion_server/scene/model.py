@@ -93,6 +93,8 @@ class Body:
         velocity: of the centre of mass [m/s], shape (3,), world frame.
         angular_velocity: [rad/s], shape (3,), world frame.
         material: what `[[material]]` pairs refer to, if anything.
+        frame: closed surface around the shape that it collides with instead, likewise about the centre of mass and one
+            object for bodies alike (P17); None: it collides with its shape.
         scalable: whether healing may scale it (P16).
     """
 
@@ -107,7 +109,13 @@ class Body:
     velocity: Floats = field(default_factory=lambda: np.zeros(3))
     angular_velocity: Floats = field(default_factory=lambda: np.zeros(3))
     material: str | None = None
+    frame: TriangleMesh | None = None
     scalable: bool = True
+
+    @property
+    def collision_shape(self) -> TriangleMesh | Plane | Curved:
+        """What other bodies collide with: its frame if it has one, else its shape."""
+        return self.shape if self.frame is None else self.frame
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -116,9 +124,21 @@ class Body:
         Raises:
             TypeError: it is a plane, or exactly round.
         """
-        if isinstance(self.shape, Plane | Curved):
-            raise TypeError(f'body "{self.name}" is a {type(self.shape).__name__.lower()}: it has no mesh')
-        return self.shape
+        return self._mesh(self.shape)
+
+    @property
+    def collision_mesh(self) -> TriangleMesh:
+        """The mesh that other bodies collide with.
+
+        Raises:
+            TypeError: it is a plane, or exactly round.
+        """
+        return self._mesh(self.collision_shape)
+
+    def _mesh(self, shape: TriangleMesh | Plane | Curved) -> TriangleMesh:
+        if isinstance(shape, Plane | Curved):
+            raise TypeError(f'body "{self.name}" is a {type(shape).__name__.lower()}: it has no mesh')
+        return shape
 
     @property
     def surface(self) -> TriangleMesh:

@@ -21,6 +21,7 @@ NO_TIMES = ("capsule", "cylinder")
 EXACT_ONLY = ("friction", "simultaneous", "patch_angle", "merge")
 PAPER_ONLY = ("substeps", "parallel_face", "parallel_edge")
 PAPER_RULES = ("paper", "paper-advance", "paper-analytic")
+FRAMES = ("stl", "scale", "offset")
 PLACES = ("grid", "poses", "random")
 
 
@@ -34,6 +35,10 @@ def body_rules(body: Mapping[str, Any], known: Sequence[str]) -> Iterator[Found]
     complete = all(key in known for key in body)
     motion = body.get("motion", "free")
     yield from _exactly_one(body.get("shape"), "shape", SHAPES)
+    yield from _exactly_one(body.get("frame"), "frame", FRAMES)
+    for name in NO_MESH:
+        if isinstance(body.get("shape"), dict) and name in body["shape"]:
+            yield from _not_with(body, ("frame",), f"a {name} has no frame")
     yield from _exactly_one(body.get("place"), "place", PLACES)
     if isinstance(body.get("shape"), dict) and "plane" in body["shape"]:
         yield from _plane_rules(body)

@@ -33,6 +33,9 @@ class BodyReport:
         vertices: of its mesh.
         triangles: of its mesh.
         health: of its mesh; None for a plane and what is exactly round.
+        frame: what the scene calls its frame, if it has one.
+        frame_triangles: of the frame; 0 without one.
+        clearance: least distance [m] between its surface and its frame's; None without one.
         notes: what is worth knowing and no mistake.
     """
 
@@ -48,6 +51,9 @@ class BodyReport:
     vertices: int
     triangles: int
     health: MeshHealth | None
+    frame: str | None
+    frame_triangles: int
+    clearance: float | None
     notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -98,7 +104,7 @@ def report_of(scene: Scene, made: list[MadeBody]) -> SceneReport:
 
 
 def _body_report(made: MadeBody) -> BodyReport:
-    body, solid = made.body, made.solid
+    body, solid, frame = made.body, made.solid, made.frame
     moments = None if np.isnan(body.inertia).any() else np.linalg.eigvalsh(body.inertia)
     return BodyReport(
         name=body.name,
@@ -113,6 +119,9 @@ def _body_report(made: MadeBody) -> BodyReport:
         vertices=0 if isinstance(body.shape, Plane) else len(body.surface.vertices),
         triangles=0 if isinstance(body.shape, Plane) else len(body.surface.triangles),
         health=solid.health,
+        frame=None if frame is None else frame.label,
+        frame_triangles=0 if frame is None else len(frame.mesh.triangles),
+        clearance=None if frame is None else frame.clearance,
         notes=_notes(made),
     )
 

@@ -249,6 +249,17 @@ class ShapeTable(Table):
     """A pipe, exactly round."""
 
 
+class FrameTable(Table):
+    """What the body collides with in place of its shape: exactly one kind of closed surface around it."""
+
+    stl: str | None = Field(None, min_length=1)
+    """A mesh file of its own, in the coordinates of the shape, relative to the scene's folder."""
+    scale: float | None = quantity("1", None, gt=1, le=1e6)
+    """The shape, larger by this factor about the centre of mass."""
+    offset: float | None = quantity("m", None, **LENGTHS)
+    """The shape, its facets moved outward by this."""
+
+
 class MotionTable(Table):
     """Prescribed motion: constant velocities, or a table of poses."""
 
@@ -277,6 +288,8 @@ class BodyKeys(Table):
     """Unique in the scene."""
     shape: ShapeTable
     """The body's shape: exactly one of stl, box, prism, plane, sphere, capsule, cylinder, pipe."""
+    frame: FrameTable | None = None
+    """What it collides with in place of its shape, around it: exactly one of stl, scale, offset."""
     region: Name | None = None
     """Region of geometry exchange that the vertices belong to; the name unless given."""
     motion: Motion = "free"

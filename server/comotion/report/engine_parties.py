@@ -1,4 +1,4 @@
-"""The engines that `engines.py` compares: each builds a case at a step, advances it, and says where everything is.
+"""The engines that the study `engines` compares: each builds a case, advances it, tells its state.
 
 Each gets what suits it: spheres and boxes as such, no damping, and its own way to be elastic. A party that
 is not installed is left out (`pip install 'comotion[peers]'`).
@@ -6,10 +6,11 @@ is not installed is left out (`pip install 'comotion[peers]'`).
 
 from importlib.util import find_spec
 from math import log, pi, sqrt
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from engine_cases import Case, G, State
+
+from comotion.report.engine_cases import Case, G, State
 
 FLOOR = 50.0  # [m] thickness of a box that stands for a plane, half its edges
 CONTACT_STEPS = 10  # MuJoCo: steps that an elastic contact, a spring, lasts
@@ -41,7 +42,7 @@ class Comotion:
         bodies = []
         for k, thing in enumerate(case.things):
             mesh = meshes.setdefault(len(thing.mesh[0]), TriangleMesh(*thing.mesh))
-            state = {"velocity": np.array(thing.velocity), "angular_velocity": np.array(thing.spin)}
+            state: dict[str, Any] = {"velocity": np.array(thing.velocity), "angular_velocity": np.array(thing.spin)}
             inertia = np.diag(thing.moments)
             bodies.append(Body(f"thing-{k:04d}", "things", Free(), thing.mass, inertia, mesh, thing.position, **state))
         for k, (normal, point) in enumerate(case.walls):
@@ -125,8 +126,10 @@ def _mujoco_shape(size):
 
 
 class Bullet:
-    """Sequential impulses. Where e > 0: no error reduction, which would push, and no contact before bodies touch, which
-    would take off the rebound what the gap leaves to go.
+    """Sequential impulses.
+
+    Where e > 0: no error reduction, which would push, and no contact before bodies touch, which would take off the
+    rebound what the gap leaves to go.
     """
 
     library = "pybullet"
@@ -240,4 +243,6 @@ class Dart:
         aspect.setRestitutionCoeff(restitution)
 
 
-PARTIES = {party.__name__: party for party in (Comotion, MuJoCo, Bullet, Dart) if find_spec(party.library)}
+ALL = (Comotion, MuJoCo, Bullet, Dart)
+LIBRARIES = {party.__name__: party.library for party in ALL}
+PARTIES = {party.__name__: party for party in ALL if find_spec(party.library)}

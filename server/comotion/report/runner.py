@@ -1,0 +1,69 @@
+"""Runs studies in order and writes what they find."""
+
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from comotion.report.charts import draw
+from comotion.report.machine import machine
+from comotion.report.pages import write_index, write_study
+from comotion.report.study import Study
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A study that was run."""
+
+    study: Study
+    seconds: float
+    error: str | None
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {"study": self.study.name, "seconds": self.seconds, "error": self.error}
+
+
+def run_studies(studies: list[Study], folder: Path, *, quick: bool) -> list[Outcome]:
+    """Run, write, draw; a study that ends with an error is reported and the next one runs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    here = machine()
+    outcomes: list[Outcome] = []
+    with _bar(studies) as (say, advance):
+        for study in studies:
+            begin = perf_counter()
+            try:
+                found = study.run(quick=quick, say=lambda text, name=study.name: say(f"{name}: {text}"))  # type: ignore[misc]
+                write_study(study, found, here, folder)
+                for chart in found.charts:
+                    draw(chart, folder)
+                error = None
+            except Exception as problem:  # noqa: BLE001 - the others are still wanted
+                traceback.print_exc()
+                error = f"{type(problem).__name__}: {problem}"
+            outcomes.append(Outcome(study, perf_counter() - begin, error))
+            advance(study.minutes)
+    done = [(outcome.study, outcome.seconds) for outcome in outcomes if outcome.error is None]
+    write_index(done, here, folder, quick=quick)
+    return outcomes
+
+
+@contextmanager
+def _bar(studies: list[Study]) -> Iterator[tuple[Say, Callable[[float], None]]]:
+    """A bar over the studies' expected minutes, for people; nothing where nobody looks."""
+    if not sys.stderr.isatty():
+        yield (lambda _: None), (lambda _: None)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=sum(study.minutes for study in studies))
+        yield (lambda text: bar.update(task, description=text)), (lambda minutes: bar.advance(task, minutes))

@@ -1,0 +1,47 @@
+"""Which bodies start inside others.
+
+Distances compare surfaces, so a body in the solid of another one overlaps it without being near its surface. A cavity
+is no solid: its walls run the other way round. An open surface has no inside.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comotion_server.kernels.hierarchy import STACK_SIZE
+from comotion_server.kernels.mesh_arrays import MeshArrays
+from comotion_server.kernels.ray import way_out, winding_number
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+
+INSIDE = "the first is inside the second at the start; expected bodies outside each other"
+WHOLE = 1e-6  # how far a winding number may be from a whole one; an open surface is farther off
+
+
+def nested(m: MeshArrays, shape: Rows, pairs: Rows, x: Array, R: Array) -> Iterator[tuple[int, int]]:
+    """(inner, outer) of all pairs whose surfaces do not cross and of which one body is in the other.
+
+    Args:
+        m: all shapes.
+        shape: (n,) of each body among them; -1 for what is no mesh.
+        pairs: (k, 2) the bodies to be compared.
+        x: (n, 3) their places [m].
+        R: (n, 3, 3) their attitudes, body to world.
+    """
+    pairs = pairs[(shape[pairs] >= 0).all(axis=1)]
+    ways = np.vstack([pairs, pairs[:, ::-1]])
+    inner, outer = ways[:, 0], ways[:, 1]
+    point = m.vertices[m.vertex_start[shape[inner]]]
+    point = np.einsum("kij,kj->ki", R[inner], point) + x[inner]  # any one of the inner body's
+    point = np.einsum("kji,kj->ki", R[outer], point - x[outer])
+    root = m.root[shape[outer]]
+    seen = np.einsum("kij,kj->ki", m.axes[root], point - m.centre[root])
+    stack = np.empty((STACK_SIZE, 2), dtype=np.int64)
+    for k in np.flatnonzero((np.abs(seen) < m.half[root]).all(axis=1)).tolist():
+        s, p = int(shape[outer[k]]), tuple(point[k].tolist())
+        if way_out(m, s, p, (0.0, 0.0, 1.0), stack) >= 0.0:
+            turns = winding_number(m, s, p)
+            if turns > 0.5 and abs(turns - round(turns)) < WHOLE:
+                yield int(inner[k]), int(outer[k])
