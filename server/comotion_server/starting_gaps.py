@@ -4,6 +4,7 @@ Rule `exact` needs a gap between all bodies. Whoever puts a box on a floor puts 
 mesh file can say it, so overlaps up to a millionth of the smaller body are taken as contact.
 """
 
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_scene import DELTA, Queue, Scene
 from comotion_server.kernels.penetration import overlap_depth
+from comotion_server.kernels.solid_impact import are_flat, round_gap
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
 from comotion_server.nesting import INSIDE, nested
@@ -46,7 +48,8 @@ def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
             delta = DELTA * float(queue.pairs.tolerance[k])
             gap = gap_of_pair(scene.solids, a, b, scene.x, scene.R, delta, queue.pairs.witness[k], work)
             if gap < LEAST * delta:
-                _part(world, scene, a, b, gap, MIDDLE * delta, queue.pairs.witness[k])
+                way = _way_out(scene, queue, k, gap)
+                _part(world, scene, a, b, way, MIDDLE * delta)
                 apart, touching = False, (a, b)
         if apart:
             return
@@ -57,9 +60,9 @@ def _problem(world: World, a: int, b: int, words: str) -> Problem:
     return Problem(world.scene.name, None, f'bodies "{world.names[a]}" and "{world.names[b]}"', words)
 
 
-def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float, witness: NDArray[np.int64]) -> None:
+def _part(world: World, scene: Scene, a: int, b: int, way: tuple[Array, float], wanted: float) -> None:
     """Moves two bodies apart along the direction in which they overlap least."""
-    direction, depth = _way_out(scene, a, b, gap, witness)
+    direction, depth = way
     slight = SLIGHT * 2.0 * float(min(scene.solids.radius[[a, b]]))
     free = [np.where(scene.bodies.inverse_mass[i] > 0.0, direction, 0.0) * scene.bodies.reacts[i] for i in (a, b)]
     ease = float((free[0] + free[1]) @ direction)  # whatever their masses: columns come apart in fewer sweeps
@@ -69,15 +72,16 @@ def _part(world: World, scene: Scene, a: int, b: int, gap: float, wanted: float,
     scene.x[b] += (wanted + depth) / ease * free[1]
 
 
-def _way_out(scene: Scene, a: int, b: int, gap: float, witness: NDArray[np.int64]) -> tuple[Array, float]:
-    """The direction (3,) from a to b, world, along which the bodies overlap least, and how much [m]."""
-    solids = scene.solids
+def _way_out(scene: Scene, queue: Queue, k: int, gap: float) -> tuple[Array, float]:
+    """The direction (3,) from a to b of pair k, world, along which the bodies overlap least, and how much [m]."""
+    solids, witness = scene.solids, queue.pairs.witness[k]
+    a, b = queue.pairs.bodies[k].tolist()
     m: Any = solids.meshes  # None only where all bodies are smooth
     if are_smooth(solids, a, b):
         depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
         return np.array(normal), -depth
     if not are_flat(solids, a, b):
-        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, work_space())
+        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, queue.work.walk)
         return np.array(normal), -depth
     for plane, sign in ((a, 1.0), (b, -1.0)):
         if solids.kind[plane] == PLANE:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from comotion_server.scene.bodies import BodyMaker, MadeBody
 from comotion_server.scene.bores import too_large_for_pipes
-from comotion_server.scene.curved_shapes import Capsule, Curved, Cylinder
+from comotion_server.scene.curved_shapes import Capsule, Curved, Cylinder, Pipe
 from comotion_server.scene.model import Collisions, Plane, Scene
 from comotion_server.scene.problems import Problems, path_of, sentence, shown
 from comotion_server.scene.rules import PAPER_RULES, body_rules, collisions_rules, exact_only_rules
@@ -166,8 +166,9 @@ def _check_shapes(made: list[MadeBody], problems: Problems) -> None:
         problems.add(
             (*keys, "shape", kind), "meets no other body in this version; expected it to be alone in its scene"
         )
-    if smooth and meshes:
-        problems.add((*smooth[0].keys, "shape"), f'not in one scene with a mesh, as body "{meshes[0].body.name}" has')
+    pipes = [item for item in smooth if isinstance(item.body.shape, Pipe)]
+    if pipes and meshes:
+        problems.add((*pipes[0].keys, "shape"), f'not in one scene with a mesh, as body "{meshes[0].body.name}" has')
     for keys, message in too_large_for_pipes(made):
         problems.add(keys, message)
 
