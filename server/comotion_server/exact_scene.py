@@ -29,17 +29,15 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
     """The shapes of all bodies.
 
     Raises:
-        TypeError: round shapes among meshes, or some whose contact times are not known.
+        TypeError: there are shapes that do not meet in this version.
     """
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
     curved = [shape for shape in shapes if isinstance(shape, Curved)]
-    capsules = any(isinstance(shape, Capsule) for shape in curved)
-    if meshes and not all(isinstance(shape, Sphere) for shape in curved):
-        raise TypeError("of the round shapes only spheres meet meshes in this version")
-    if capsules and any(isinstance(shape, Pipe) for shape in curved):
-        raise TypeError("capsules and pipes do not meet in this version")
-    mixed = capsules or (len(meshes) > 0 and len(curved) > 0)
+    by_steps = bool(meshes) or any(isinstance(shape, Capsule) for shape in curved)
+    if by_steps and any(isinstance(shape, Pipe) for shape in curved):
+        raise TypeError("pipes meet neither meshes nor capsules in this version")
+    mixed = by_steps and bool(curved)
     stored = meshes or ([box([1.0, 1.0, 1.0])] if mixed else [])  # a mixed scene is compiled for meshes
     arrays, numbers = _stored(stored) if stored else (None, iter(()))
     core = np.zeros(count) if mixed else None

@@ -25,15 +25,15 @@ def nested(m: MeshArrays, shape: Rows, pairs: Rows, x: Array, R: Array) -> Itera
 
     Args:
         m: all shapes.
-        shape: (n,) of each body among them; -1 for what is no mesh.
+        shape: (n,) of each body among them; -1 for what is round.
         pairs: (k, 2) the bodies to be compared.
         x: (n, 3) their places [m].
         R: (n, 3, 3) their attitudes, body to world.
     """
-    pairs = pairs[(shape[pairs] >= 0).all(axis=1)]
     ways = np.vstack([pairs, pairs[:, ::-1]])
+    ways = ways[shape[ways[:, 1]] >= 0]
     inner, outer = ways[:, 0], ways[:, 1]
-    point = m.vertices[m.vertex_start[shape[inner]]]
+    point = np.where(shape[inner, None] >= 0, m.vertices[m.vertex_start[shape[inner]]], 0.0)
     point = np.einsum("kij,kj->ki", R[inner], point) + x[inner]  # any one of the inner body's
     point = np.einsum("kji,kj->ki", R[outer], point - x[outer])
     root = m.root[shape[outer]]

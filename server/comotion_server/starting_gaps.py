@@ -38,7 +38,8 @@ def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
     pairs = queue.pairs.bodies
     rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
     if scene.solids.meshes is not None:
-        for inner, outer in nested(scene.solids.meshes, scene.solids.shape, pairs[rows], scene.x, scene.R):
+        solid = [k for k in rows if (scene.solids.kind[pairs[k]] != PLANE).all()]
+        for inner, outer in nested(scene.solids.meshes, scene.solids.shape, pairs[solid], scene.x, scene.R):
             raise SceneError([_problem(world, inner, outer, INSIDE)])
     work, touching = queue.patch_work, (0, 0)
     for _ in range(SWEEPS):
@@ -81,7 +82,8 @@ def _way_out(scene: Scene, queue: Queue, k: int, gap: float) -> tuple[Array, flo
         depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
         return np.array(normal), -depth
     if not are_flat(solids, a, b):
-        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, queue.work.walk)
+        work: Any = queue.work  # likewise
+        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, work.walk)
         return np.array(normal), -depth
     for plane, sign in ((a, 1.0), (b, -1.0)):
         if solids.kind[plane] == PLANE:

@@ -12,7 +12,7 @@ import numpy as np
 from comotion_server.meshes import TriangleMesh, box
 from comotion_server.plan import Plan
 from comotion_server.quaternions import quaternion_of, rotation_from_quaternion
-from comotion_server.scene import Body, Fixed, Free, Plane, Scene, Sphere
+from comotion_server.scene import Body, Capsule, Fixed, Free, Plane, Scene, Sphere
 from comotion_server.simulation import Simulation
 
 STEP = 0.01  # [s]
@@ -20,12 +20,14 @@ STEPS = 3
 BALL_STEPS = 60  # until the ball has come down, bounced and rested
 GAP = 0.005  # [m] half of what the falling cube covers in a step: it lands in it
 FALL = np.array([0.0, 0.0, -10.0])  # [m/s2] bends the path, so that one sub-step ends inside the floor (P14)
+APART = np.array([9.0, 0.0, 0.0])  # [m] where a ball meets nothing
 TILT = quaternion_of(np.array([0.5, 0.3, 0.0]))  # the cube comes corner first: both criteria of P12 have to be judged
 
 
 def warm_up(scene: Scene) -> None:
     """Compiles the kernels that `scene` can need; the scene itself is not touched."""
-    if any(isinstance(body.shape, TriangleMesh) for body in scene.bodies):
+    kinds = TriangleMesh | Capsule if Plan(scene).keeps("collisions") else TriangleMesh
+    if any(isinstance(body.shape, kinds) for body in scene.bodies):
         _meet_cubes(scene)
     else:
         _meet_balls(scene)
@@ -60,6 +62,8 @@ def _meet_cubes(scene: Scene) -> None:
             beside = np.array([0.3, 0.2, 0.5])
             bodies[0] = replace(bodies[0], position=at + 2.0 * beside * np.array([0.0, 0.0, 1.0]))
             bodies.append(Body("seat", "seat", Free(), 1.0, inertia, shape, position=beside))
+            if any(isinstance(body.shape, Sphere | Capsule) for body in scene.bodies):  # other code than without
+                bodies.append(Body("ball", "ball", Free(), 1.0, inertia, Sphere(0.5), position=APART))
         else:
             collisions = replace(collisions, rule="paper-advance", substeps=1)
     simulation = Simulation(Scene("warm-up", FALL, STEP, STEP, collisions, tuple(bodies)))

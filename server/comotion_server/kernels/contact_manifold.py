@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.ball_contact import ball_manifold
 from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_hull import PatchPoints, hull, lower_points, new_points, view_along
 from comotion_server.kernels.contact_normals import (
@@ -27,6 +26,7 @@ from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, work_space
 from comotion_server.kernels.rotation import relative_rotation
+from comotion_server.kernels.round_contact import round_manifold
 from comotion_server.kernels.smooth_contact import smooth_manifold
 from comotion_server.kernels.solid_impact import are_flat, round_gap
 from comotion_server.kernels.solids import PLANE
@@ -186,8 +186,8 @@ def _mixed_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, wo
     if are_flat(solids, a, b):
         return _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
     if are_cores(solids, a, b):
-        return core_manifold(solids, a, b, x, R, reach, contacts, first)
-    return ball_manifold(solids, a, b, x, R, reach, contacts, first, work)
+        return core_manifold(solids, a, b, x, R, reach, angle, level, contacts, first)
+    return round_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
 
 
 _other_manifold = by_shapes(_flat_manifold, _no_manifold, _mixed_manifold)

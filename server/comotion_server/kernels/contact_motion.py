@@ -11,14 +11,23 @@ comes from the edges' turning, or from the points' own motion, where these make 
 from math import inf
 from typing import NamedTuple
 
-from comotion_server.kernels.ball_contact import refresh_ball
 from comotion_server.kernels.by_shapes import by_shapes
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
 from comotion_server.kernels.contact_overlap import crossing, foot
+from comotion_server.kernels.contacts import (
+    BALL_FACE,
+    CORES,
+    CORNER_FACE,
+    CROSSING_A,
+    EDGES,
+    FACE_CORNER,
+    POINTS,
+    SMOOTH,
+)
 from comotion_server.kernels.core_contact import refresh_cores
-from comotion_server.kernels.contacts import BALL_FACE, CORES, CORNER_FACE, CROSSING_A, EDGES, FACE_CORNER, POINTS, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
+from comotion_server.kernels.round_contact import refresh_round
 from comotion_server.kernels.smooth_contact import refresh_smooth
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.vectors import (
@@ -201,7 +210,7 @@ def _refresh_mixed(solids, contacts, i, x, v, R, w):
     if contacts.kind[i] == CORES:
         return refresh_cores(solids, contacts, i, x, v, R, w)
     if contacts.kind[i] >= BALL_FACE:
-        return refresh_ball(solids, contacts, i, x, v, R, w)
+        return refresh_round(solids, contacts, i, x, v, R, w)
     return _refresh_flat(solids, contacts, i, x, v, R, w)
 
 

@@ -17,7 +17,9 @@ SMOOTH = 6  # a sphere on a sphere, a plane or a pipe; features: the part of the
 BALL_FACE = 7  # a ball on a face of the other body; features: which ball of its body, triangle (-1: a plane)
 BALL_EDGE = 8  # a ball on an edge; features: which ball, both vertices of the edge, both triangles (-1: none) there
 BALL_CORNER = 9  # a ball on a corner; features: which ball, vertex
-CORES = 10  # two round bodies; features: of a and of b, which ball, or -1 where its middle line is met between its ends
+LINE_EDGE = 10  # the middle line of a capsule over an edge; features: -1, both vertices, both triangles
+LINE_CORNER = 11  # the same over a corner; features: -1, vertex
+CORES = 12  # two round bodies; features: of a and of b, which ball, or -1 where its middle line is met between its ends
 
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 

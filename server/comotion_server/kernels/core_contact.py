@@ -7,15 +7,15 @@ the rows. Legend: D offset of b's centre from a's, P and Q points of the cores f
 
 from math import inf
 
-from comotion_server.kernels.ball_contact import FULL, OUTSIDE, SAME, arm_of, balls_of
+from comotion_server.kernels.ball_contact import arm_of, balls_of
 from comotion_server.kernels.contacts import CORES
 from comotion_server.kernels.curved_cores import core_parameters
 from comotion_server.kernels.jit import lean_jit
+from comotion_server.kernels.round_contact import FOUND, FULL, LINE, SAME, small_size
 from comotion_server.kernels.solids import CAPSULE, HALF_LENGTH, RADIUS, SPHERE
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, row, scaled, sub, unit
 
-LINE = -1  # instead of a ball: the middle line between them
 END = 1e-12  # of half a line: a point nearer to its end is the ball's centre
 
 
@@ -23,7 +23,7 @@ END = 1e-12  # of half a line: a point nearer to its end is the ball's centre
 def are_cores(solids, a, b):
     """Whether both bodies are spheres or capsules."""
     one, other = solids.kind[a], solids.kind[b]
-    return (one == SPHERE or one == CAPSULE) and (other == SPHERE or other == CAPSULE)
+    return one in (SPHERE, CAPSULE) and other in (SPHERE, CAPSULE)
 
 
 @lean_jit
@@ -98,7 +98,7 @@ def refresh_cores(solids, contacts, i, x, v, R, w):
     V = sub(add(velocity, cross(w_b, arm)), cross(w_a, P))
     inward = sub(cross(w_b, cross(w_b, arm)), cross(w_a, cross(w_a, P)))
     bias = dot(n, inward) + 2.0 * dot(turning, V) - dot(n, sub(Q, P)) * dot(turning, turning)
-    return margin + OUTSIDE * 2.0 * min(solids.radius[a], solids.radius[b]), dot(n, V), bias
+    return margin + 2.0 * FOUND * small_size(solids, a, b), dot(n, V), bias
 
 
 @lean_jit
@@ -122,7 +122,7 @@ def _add(solids, contacts, first, count, a, b, one, other, D, R, reach):
     _write(solids, contacts, i, D, n, P, Q)
     if contacts.gap[i] > reach:
         return count
-    close = SAME * 2.0 * min(solids.radius[a], solids.radius[b])
+    close = SAME * small_size(solids, a, b)
     for k in range(first, i):
         d = sub(row(contacts.arm_a, k), row(contacts.arm_a, i))
         if dot(d, d) <= close * close:
@@ -131,16 +131,17 @@ def _add(solids, contacts, first, count, a, b, one, other, D, R, reach):
 
 
 @lean_jit
-def core_manifold(solids, a, b, x, R, reach, contacts, first):
+def core_manifold(solids, a, b, x, R, reach, angle, level, contacts, first):
     """`manifold` of two spheres or capsules: the nearest points, and ends beside the other's line; or FULL."""
     D, count = sub(row(x, b), row(x, a)), 0
     (u, half_a), (v, half_b) = _line_of(solids, R, a), _line_of(solids, R, b)
     turn = cross(u, v)
-    across = half_a == 0.0 or half_b == 0.0 or dot(turn, turn) > FLAT * FLAT
+    across = half_a == 0.0 or half_b == 0.0 or dot(turn, turn) > max(angle, FLAT) ** 2
     if across:
         s, t = core_parameters(scaled(u, half_a), scaled(v, half_b), D)
         one, other = _ball_at(half_a, s), _ball_at(half_b, t)
         return _add(solids, contacts, first, count, a, b, one, other, D, R, reach)
+    reach = max(reach, level) if angle > 0.0 else reach
     for ball in range(balls_of(solids, a)):
         s = dot(v, sub(arm_of(solids, R, a, ball), D))
         if abs(s) <= half_b and count >= 0:

@@ -348,9 +348,7 @@ def advance_curved(
         still = length(row(states[1], 0)) + length(row(states[1], 1)) + spins[1].rate * solids.radius[i]
         still = STILL * (still + spins[0].rate * (length(course.centre) + solids.radius[i]))
         if solids.kind[frame] == MESH:
-            step = _mesh_step(
-                solids.meshes, solids.shape[frame], course, memory[TARGET], tolerance, still, work.nodes
-            )
+            step = _mesh_step(solids.meshes, solids.shape[frame], course, memory[TARGET], tolerance, still, work.nodes)
         else:
             step = _shape_step(solids, frame, course, memory[TARGET], still, identity)
         if not step.gap > 0.0:

@@ -7,7 +7,7 @@ other body's, V its velocity against that body's centre, world; e axis.
 
 from math import inf
 
-from comotion_server.kernels.contacts import BALL_CORNER, BALL_EDGE, CORES, SMOOTH
+from comotion_server.kernels.contacts import BALL_EDGE, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.pipe_impact import is_in_bore, pipe_gap
 from comotion_server.kernels.solids import CAPS, HALF, INNER, OUTER, PIPE, PLANE, RADIUS, SPHERE
@@ -34,7 +34,7 @@ def sphere_of(solids, a, b):
 def is_bent(solids, contacts, i):
     """Whether the normal of row i turns where the bodies slide on each other without turning."""
     a, b, kind = contacts.bodies[i, 0], contacts.bodies[i, 1], contacts.kind[i]
-    if kind in (BALL_EDGE, BALL_CORNER, CORES):
+    if kind >= BALL_EDGE:
         return True
     return kind == SMOOTH and solids.kind[a] != PLANE and solids.kind[b] != PLANE
 

@@ -159,16 +159,19 @@ def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
 
 def _check_shapes(made: list[MadeBody], problems: Problems) -> None:
     """What shapes of a scene do not go together in this version."""
-    smooth = [item for item in made if isinstance(item.body.shape, Curved)]
-    meshes = [item for item in made if not isinstance(item.body.shape, Curved | Plane)]
-    lonely = {item.keys: item.body.shape.kind for item in smooth if isinstance(item.body.shape, Capsule | Cylinder)}
-    for keys, kind in lonely.items() if len(made) > 1 else ():
+    lonely = {item.keys for item in made if isinstance(item.body.shape, Cylinder)}
+    for keys in lonely if len(made) > 1 else ():
         problems.add(
-            (*keys, "shape", kind), "meets no other body in this version; expected it to be alone in its scene"
+            (*keys, "shape", "cylinder"), "meets no other body in this version; expected it to be alone in its scene"
         )
-    pipes = [item for item in smooth if isinstance(item.body.shape, Pipe)]
-    if pipes and meshes:
-        problems.add((*pipes[0].keys, "shape"), f'not in one scene with a mesh, as body "{meshes[0].body.name}" has')
+    pipes = [item for item in made if isinstance(item.body.shape, Pipe)]
+    meshes = [item for item in made if not isinstance(item.body.shape, Curved | Plane)]
+    capsules = [item for item in made if isinstance(item.body.shape, Capsule)]
+    for kind, others in (("mesh", meshes), ("capsule", capsules)):
+        if pipes and others:
+            problems.add(
+                (*pipes[0].keys, "shape"), f'not in one scene with a {kind}, as body "{others[0].body.name}" has'
+            )
     for keys, message in too_large_for_pipes(made):
         problems.add(keys, message)
 
@@ -182,8 +185,9 @@ def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
     if collisions.get("merge") is True or collisions.get("heal", "off") != "off":
         for kind in ("body", "array"):
             for index, table in _tables(raw, kind):
-                if isinstance(shape := table.get("shape"), dict) and "sphere" in shape:
-                    problems.add((kind, index, "shape", "sphere"), "'merge' and 'heal' are for meshes alone")
+                for name in ("sphere", "capsule"):
+                    if isinstance(shape := table.get("shape"), dict) and name in shape:
+                        problems.add((kind, index, "shape", name), "'merge' and 'heal' are for meshes alone")
     if (rule := collisions.get("rule")) in PAPER_RULES:
         for kind in ("body", "array", "material"):
             for index, table in _tables(raw, kind):
