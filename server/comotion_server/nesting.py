@@ -33,7 +33,7 @@ def nested(m: MeshArrays, shape: Rows, pairs: Rows, x: Array, R: Array) -> Itera
     ways = np.vstack([pairs, pairs[:, ::-1]])
     ways = ways[shape[ways[:, 1]] >= 0]
     inner, outer = ways[:, 0], ways[:, 1]
-    point = np.where(shape[inner, None] >= 0, m.vertices[m.vertex_start[shape[inner]]], 0.0)
+    point = np.where(shape[inner, None] >= 0, m.vertices[m.vertex_start[np.maximum(shape[inner], 0)]], 0.0)
     point = np.einsum("kij,kj->ki", R[inner], point) + x[inner]  # any one of the inner body's
     point = np.einsum("kji,kj->ki", R[outer], point - x[outer])
     root = m.root[shape[outer]]
