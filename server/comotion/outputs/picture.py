@@ -14,6 +14,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from comotion.outputs.frames import Frames
 from comotion.outputs.surface import Surface
 
 SIZE = (1280, 720)  # [pixels]
@@ -21,7 +22,8 @@ COLOURS = {"free": "#f1f6fa", "prescribed": "#34404d", "fixed": "#aaa69d"}  # fl
 WATER = "#3f86b5"
 SHADOW = "#1d2b36"
 MARK = "#e8541e"  # of impacts
-VIEW_FROM = np.array([-0.75, -1.0, 0.62])  # direction from the middle of the scene to the camera, z up
+FRAME = "#f0a020"
+VIEW_FROM = np.array([-0.75, -1.0, 0.85])  # direction from the middle of the scene to the camera, z up
 GRAPHICS_LIBRARIES = {"EGL": "libegl1", "GL": "libgl1"}  # library: the Debian package that has it
 
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]  # lowest and highest corner [m]
@@ -40,13 +42,15 @@ class Mark:
 class Still:
     """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m].
 
-    `seen`, points [m] of shape (n, 3), is what the view takes in; what moves unless told otherwise.
+    `seen`, points [m] of shape (n, 3), is what the view takes in; what moves unless told otherwise. `frames` are drawn
+    translucent.
     """
 
     surface: Surface
     motion: Mapping[str, str]
     water_level: float | None
     seen: NDArray[np.float64] | None = None
+    frames: Frames | None = None
 
     def colour(self, body: str) -> str:
         """Colour of a body by the way it moves."""
