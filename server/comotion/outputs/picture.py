@@ -23,7 +23,7 @@ WATER = "#3f86b5"
 SHADOW = "#1d2b36"
 MARK = "#e8541e"  # of impacts
 FRAME = "#f0a020"
-VIEW_FROM = np.array([-0.75, -1.0, 0.85])  # direction from the middle of the scene to the camera, z up
+VIEW_FROM = np.array([-0.75, -1.0, 1.0])  # direction from the middle of the scene to the camera, z up
 GRAPHICS_LIBRARIES = {"EGL": "libegl1", "GL": "libgl1"}  # library: the Debian package that has it
 
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]  # lowest and highest corner [m]

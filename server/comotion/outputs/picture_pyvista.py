@@ -29,7 +29,7 @@ LIFT = 4e-4  # part of the scene's size by which shadows lie above the water, or
 WATER_REACH = 6.0  # sizes of the scene by which the water goes on around it: beyond the picture's edges
 PNG_EFFORT = 3  # of 9: how hard PNG files are pressed; more takes longer than drawing
 GLASS = 60  # of 255: opacity of what has everything else inside
-FRAME_OPACITY = (0.22, 0.55)  # of faces and edges
+FRAME_OPACITY = (0.5, 0.4)  # of faces and edges
 TINT = 0.035  # bodies of one colour differ by as much in brightness, so that neighbours are told apart
 
 
@@ -107,15 +107,17 @@ class ShadedPainter:
         plotter.set_background("#e3eaf0", top="#b4c7d6")
         self._light()
         shine = {"ambient": 0.18, "specular": 0.15, "specular_power": 12}
-        plotter.add_mesh(self._faces, scalars="colour", rgb=True, smooth_shading=True, **shine)
+        faces = plotter.add_mesh(self._faces, scalars="colour", rgb=True, smooth_shading=True, **shine)
+        faces.mapper.resolve = "polygon_offset"  # behind the edges, which are in them
         if len(self._shading.edges):
             plotter.add_mesh(self._edges, color="#26323c", line_width=1.0, opacity=0.7, style="wireframe")
         if self._shadows.n_cells:
             plotter.add_mesh(self._shadows, color=SHADOW, opacity=0.3, lighting=False)
         if still.water_level is not None:
             self._add_water(still, still.water_level)
+        # Only faces that look away from the camera: behind a body, so that it keeps its colour, and around it.
         for mesh, opacity in zip(self._frame_meshes, FRAME_OPACITY, strict=False):
-            plotter.add_mesh(mesh, color=FRAME, opacity=opacity, culling="back", lighting=False, line_width=1.0)
+            plotter.add_mesh(mesh, color=FRAME, opacity=opacity, culling="front", lighting=False, line_width=1.0)
         plotter.camera.view_angle = VIEW_ANGLE
         plotter.camera_position = [self._camera.eye, self._camera.middle, (0.0, 0.0, 1.0)]
         plotter.reset_camera_clipping_range()

@@ -121,7 +121,7 @@ function look() {
   const middle = low.clone().add(high).multiplyScalar(0.5);
   view.size = Math.max(high.distanceTo(low), 1e-6);
   controls.target.copy(middle);
-  camera.position.copy(middle).add(new three.Vector3(-0.75, -1, 0.85).setLength(1.9 * view.size));
+  camera.position.copy(middle).add(new three.Vector3(-0.75, -1, 1).setLength(1.9 * view.size));
   camera.near = view.size / 200; camera.far = view.size * 100;
   camera.updateProjectionMatrix();
   sun.position.copy(middle).add(new three.Vector3(-0.8, -0.25, 1).multiplyScalar(view.size));
