@@ -31,6 +31,7 @@ from comotion_server import Simulation
 from comotion_server.meshes import TriangleMesh
 from comotion_server.quaternions import quaternion_of
 from comotion_server.scene import Free, Prescribed
+from comotion_server.warm_up import warm_up
 
 COUNTS = (100, 1000, 10_000)
 HULL = (144, (72, 14))  # stations and waterlines
@@ -63,8 +64,8 @@ def memory():
 
 def run(count, seconds):
     """Figures of one field."""
-    Simulation(field(4)[0]).step(STEP)  # loads the kernels
     scene, triangles = field(count)
+    warm_up(scene)
     before, begin = memory(), perf_counter()
     simulation = Simulation(scene)
     made, times, impacts, quiet = perf_counter() - begin, [], 0, 0

@@ -48,7 +48,7 @@ def test_frames_show_the_states_and_mark_the_impact(tmp_path):
     assert first.shape == (*SIZE[::-1], 3)
     red = (second[..., 0] > second[..., 2] + 60) & (first[..., 0] <= first[..., 2] + 60)
     rows, columns = np.nonzero(red)
-    x, y = Camera.on(still.points_seen).pixel(np.array([1.0, 0.0, 0.7]))
+    x, y = Camera.on(still.view).pixel(np.array([1.0, 0.0, 0.7]))
     assert np.hypot(columns.mean() - x, rows.mean() - y) < 5.0  # pixels; the ring is 18 large
     write_gif(tmp_path / "a.gif", frames, 0.1)
     with image.open(tmp_path / "a.gif") as gif:

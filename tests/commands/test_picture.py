@@ -42,6 +42,16 @@ def test_the_view_takes_in_what_moves():
     assert high[1] < 1.0
 
 
+def test_the_view_takes_in_what_is_still_if_it_is_small_and_near_or_around():
+    near = scene_of(floe=[2.0, 0, 0], hull=[-2.0, 0, 0], bank=[0, 2.0, 0])
+    assert Still(near, MOTION, None).view[:, 1].max() == 2.5
+    far = scene_of(floe=[2.0, 0, 0], hull=[-2.0, 0, 0], bank=[0, 30.0, 0])
+    assert Still(far, MOTION, None).view[:, 1].max() == 0.5
+    around = scene_of(floe=[0, 0, 0], bank=[0, 0, 0])
+    around.points_of(around.bodies[0])[:] *= 4.0
+    assert Still(around, MOTION, None).view[:, 1].max() == 2.0
+
+
 @pytest.mark.parametrize(
     ("centres", "water", "height"),
     [

@@ -40,7 +40,7 @@ class ShadedPainter:
 
     def __init__(self, still: Still) -> None:
         self._surface, self._frames = still.surface, still.frames
-        self._camera = Camera.on(still.points_seen)
+        self._camera = Camera.on(still.view)
         self._shading = Shading(still.surface.points, still.surface.triangles)
         size = float(np.linalg.norm(np.subtract(*still.box)))
         self._height = still.shadow_height + LIFT * size
