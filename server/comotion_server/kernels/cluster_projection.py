@@ -10,7 +10,7 @@ from comotion_server.kernels.jit import jit
 from comotion_server.kernels.large_parts import project_large
 from comotion_server.kernels.orthogonal_rows import inner
 
-LARGE = 150  # rows of a part above which the sparse method is faster
+LARGE = 100  # rows of a part above which the sparse method is faster
 TIGHT = 1e-11  # of a row's terms: an opening speed that counts as none, so that the row may carry a share
 
 

@@ -24,6 +24,7 @@ SLOW = 0.1  # a round that leaves more of the error than this raises rho tenfold
 ROUNDS = 60  # of multipliers
 NEWTON_STEPS = 100  # in one round; most need less than ten
 HALVINGS = 60  # of the line search
+NOTHING = 1e-15  # of |y|: a Newton step shorter than this is rounding, and rows at their bounds come and go with it
 CLOSE = 1e-14  # of the largest term of a row: an error that ends the rounds
 IMPOSSIBLE = 1e-7  # |A^T change of l| / |change of l|: below it the change is a certificate
 SWEEPS = 3  # refinements on the active rows with one weight
@@ -157,6 +158,8 @@ def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, activ
             for k in range(6):
                 base += r[j, k] * (y[j, k] - x[j, k])
                 square += r[j, k] ** 2
+        if square <= NOTHING * NOTHING * norm(y) ** 2:
+            return fresh
         times(part, r, along)
         t = step_length(part, l, weight, s, along, base, square)
         for j in range(len(r)):
