@@ -350,7 +350,7 @@ class LookReply:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StateNews:
-    """Where the bodies are at the end of a step (SPEC W3): poses (bodies, 7), twists (bodies, 6), scales as in a look."""
+    """Where the bodies are at the end of a step (SPEC W3): poses (bodies, 7), twists (bodies, 6), scales as in look."""
 
     step: int
     attempt: int

@@ -221,7 +221,8 @@ def recorded(folder):
     with SurfaceSeries(folder / "bodies.vtkhdf", surface, {BAD_NAME: "prescribed"}, 0.0) as series:
         for time_now in (0.0, 0.5, 1.0):
             poses = np.array([[100.0, 0, 2.0 - 2 * time_now, 1, 0, 0, 0]])
-            series.append(time_now, surface.points - [0, 0, 2 * time_now], poses, np.zeros((1, 6)), np.array([1.0 - 0.5 * (time_now == 1.0)]))
+            scale = np.array([0.5 if time_now == 1.0 else 1.0])
+            series.append(time_now, surface.points - [0, 0, 2 * time_now], poses, np.zeros((1, 6)), scale)
     text = "time [s],body_a,body_b,x [m],y [m],z [m],impulse [N s]\n0.75,a,b,100.0,0.0,0.0,3.0\n"
     (folder / "impacts.csv").write_text(text)
 

@@ -143,7 +143,7 @@ def test_overlapping_spheres_shrink_as_the_rule_says(apart, subdivisions):
     ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=RADIUS)
     mesh = TriangleMesh(np.array(ball.vertices), np.array(ball.faces))
     edge = np.linalg.norm(mesh.vertices[mesh.triangles[:, 0]] - mesh.vertices[mesh.triangles[:, 1]], axis=1).max()
-    coarse = edge**2 / RADIUS  # [m]: facets lie inside the sphere by a sixth of it, the next vertex off the line by as much
+    coarse = edge**2 / RADIUS  # [m]: facets lie inside the sphere by a sixth of it, and vertices as far off the line
     d = apart * RADIUS
     near, far = (solid(name, mesh, mass=1.0, position=at * WAY) for name, at in (("near", 0.0), ("far", d)))
     world = World(scene_of(near, far))  # in the order of the names: far, near

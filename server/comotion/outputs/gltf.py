@@ -28,7 +28,7 @@ def write_glb(
     poses: NDArray[np.float64],
     scales: NDArray[np.float64],
 ) -> None:
-    """Write shapes that take poses (times, bodies, 7), x y z [m], w qx qy qz, and scales (times, bodies), at times [s]."""
+    """Write shapes that take poses (times, bodies, 7), x y z [m], w qx qy qz, and scales (times, bodies), at times."""
     scene = _Scene()
     origin = np.round(poses[0, :, :3].mean(axis=0))
     kinds = list(COLOURS)
@@ -44,7 +44,8 @@ def write_glb(
         if len(shape.corners):
             node["mesh"] = scene.mesh(shape, kinds.index(motion.get(shape.name, "free")))
         nodes.append(node)
-        for target, values, kind in (("translation", places, "VEC3"), ("rotation", turns, "VEC4"), ("scale", sizes, "VEC3")):
+        paths = ("translation", places, "VEC3"), ("rotation", turns, "VEC4"), ("scale", sizes, "VEC3")
+        for target, values, kind in paths:
             if np.any(values != values[0]):
                 channels.append({"sampler": len(samplers), "target": {"node": row, "path": target}})
                 samplers.append({"input": input_times, "output": scene.accessor(values, kind)})

@@ -43,8 +43,8 @@ class Mark:
 class Still:
     """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m].
 
-    `seen`, points [m] of shape (n, 3), is where things move; where they are now unless told otherwise. `frames` are drawn
-    translucent.
+    `seen`, points [m] of shape (n, 3), is where things move; where they are now unless told otherwise. `frames` are
+    drawn translucent.
     """
 
     surface: Surface
@@ -76,7 +76,7 @@ class Still:
 
     @property
     def view(self) -> NDArray[np.float64]:
-        """Points [m], shape (n, 3), that the view takes in: also still bodies that are small and near, or around all."""
+        """Points [m], shape (n, 3), that the view takes in: also still bodies that are small and near, or around it."""
         moving = self.points_seen
         low, high = moving.min(axis=0), moving.max(axis=0)
         own, joint = np.linalg.norm(high - low) * np.array(NEARBY)

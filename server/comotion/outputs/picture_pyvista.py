@@ -1,7 +1,8 @@
 """Pictures by pyvista, off-screen: shaded bodies with feature edges, flat shadows, translucent water and frames.
 
 Everything is a few meshes whose points move: the faces (corners of their own per triangle, so that normals can break at
-edges), the edges, the shadows, the frames and their edges. A state costs one update of each, however many bodies there are.
+edges), the edges, the shadows, the frames and their edges. A state costs one update of each, however many
+bodies there are.
 """
 
 import os
@@ -59,8 +60,9 @@ class ShadedPainter:
         self._edges.points = points
         self._shadows.points = self._cast(points)
         self._shadows.faces = _as_cells(self._above(points), 3)
-        for mesh in self._frame_meshes:
-            mesh.points = self._frames.points
+        frames = self._frames
+        for mesh in self._frame_meshes if frames is not None else ():
+            mesh.points = frames.points
         self._plotter.render()
         image = Image.fromarray(self._plotter.screenshot(return_img=True))
         draw_over(image, self._camera, marks, caption).save(path, compress_level=PNG_EFFORT)
