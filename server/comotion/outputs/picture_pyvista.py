@@ -60,9 +60,9 @@ class ShadedPainter:
         self._edges.points = points
         self._shadows.points = self._cast(points)
         self._shadows.faces = _as_cells(self._above(points), 3)
-        frames = self._frames
-        for mesh in self._frame_meshes if frames is not None else ():
-            mesh.points = frames.points
+        if self._frames is not None:
+            for mesh in self._frame_meshes:
+                mesh.points = self._frames.points
         self._plotter.render()
         image = Image.fromarray(self._plotter.screenshot(return_img=True))
         draw_over(image, self._camera, marks, caption).save(path, compress_level=PNG_EFFORT)
