@@ -104,10 +104,10 @@ def test_a_look_and_a_state_tell_scales_once_a_body_was_scaled(memory):
     audience = Listeners("state")
     memory.service.meet(audience)
     motion = memory.open()
-    for scale in (1.0, 0.5):
+    for count, scale in enumerate((1.0, 0.5), 1):
         memory.engine.scales[1] = scale
         motion.step(DT)
-    wait_until(lambda: len(audience.heard) == 2)
+        wait_until(lambda count=count: len(audience.heard) == count)  # news are made after the reply
     first, second = audience.of("state")
     assert first.scales is None
     np.testing.assert_array_equal(second.scales, [[1.0], [0.5], [1.0]])
