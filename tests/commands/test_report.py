@@ -57,7 +57,7 @@ def test_what_json_does_not_have_is_written_as_text(tmp_path):
 
 
 def test_a_study_that_fails_is_reported_and_the_next_one_runs(tmp_path, monkeypatch, capsys):
-    def study(*, quick, say):
+    def study(**_):
         raise ValueError("no answer")
 
     monkeypatch.setattr("comotion.report.attitude.study", study)

@@ -62,7 +62,8 @@ def write_index(folder: Path) -> None:
 
 def _words(machine: dict[str, Any]) -> str:
     libraries = ", ".join(f"{name} {number}" for name, number in machine["libraries"].items())
-    return f"{machine['processor']}, {machine['cores']} cores; {machine['system']}, Python {machine['python']}; {libraries}"
+    system = f"{machine['system']}, Python {machine['python']}"
+    return f"{machine['processor']}, {machine['cores']} cores; {system}; {libraries}"
 
 
 def _chart(chart: Chart) -> str:

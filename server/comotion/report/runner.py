@@ -5,7 +5,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import date
+from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -41,7 +41,7 @@ def run_studies(studies: list[Study], folder: Path, *, quick: bool) -> list[Outc
     outcomes: list[Outcome] = []
     with _bar(studies) as (say, advance):
         for study in studies:
-            here, error = machine(), None
+            here, today, error = machine(), datetime.now(UTC).date().isoformat(), None
             begin = perf_counter()
             try:
                 found = study.run(quick=quick, say=lambda text, name=study.name: say(f"{name}: {text}"))  # type: ignore[misc]
@@ -52,7 +52,7 @@ def run_studies(studies: list[Study], folder: Path, *, quick: bool) -> list[Outc
                 error = f"{type(problem).__name__}: {problem}"
                 found = Findings(notes=[f"This study failed: {error}"])
             outcome = Outcome(study, perf_counter() - begin, error)
-            write_study(study, found, Run(date.today().isoformat(), here, outcome.seconds, error, quick), folder)
+            write_study(study, found, Run(today, here, outcome.seconds, error, quick), folder)
             write_index(folder)
             outcomes.append(outcome)
             advance(study.minutes)
