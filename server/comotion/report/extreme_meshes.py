@@ -11,7 +11,7 @@ from comotion_server.meshes import TriangleMesh, box
 from comotion_server.scene import Body, SceneError
 
 HEALED = "repaired and counted: same volume and inertia"
-LINKED = 2.0  # [m] that the centres of linked rings of radius 1 m can be apart
+LINKED = 1.5  # [m] that the centres of linked rings of radius 1 m, 0.5 m thick, can be apart
 REFUSED = "said to be unusable, and where"
 
 
@@ -172,7 +172,7 @@ def links_crossing() -> float:
 
 
 def links_pulled() -> float:
-    """Pulled apart, e = 1: how much farther than linked rings can be, which is twice the radius."""
+    """Pulled apart, e = 1: how much farther than linked rings can be, whose holes are 1.5 m wide."""
     sim = simulation(*links(1.0), restitution=1.0)
     farthest = 0.0
     for _ in range(30):

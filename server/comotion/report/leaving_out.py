@@ -26,8 +26,15 @@ STEPS = 200
 FAR = 1e4  # [m]
 TARGET = 50.0  # [us] a step of a lone floating body
 
+PEAK_OF_SELF = """
+def peak():
+    # not ru_maxrss, which a process takes over from the one that started it
+    with open("/proc/self/status") as status:
+        return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) / 1024
+"""
+
 START = """
-import json, resource, sys, time
+import json, sys, time
 begin = time.perf_counter()
 from comotion_server.simulation import Simulation
 imported = time.perf_counter()
@@ -37,12 +44,11 @@ sim.step(1e-4)
 stepped = time.perf_counter()
 kernels = sum(name.startswith("comotion_server.kernels.") for name in sys.modules)
 heavy = [name for name in ("trimesh", "scipy", "zenoh", "pydantic") if name in sys.modules]
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-print(json.dumps([imported - begin, built - imported, stepped - built, kernels, ", ".join(heavy), peak]))
+print(json.dumps([imported - begin, built - imported, stepped - built, kernels, ", ".join(heavy), peak()]))
 """
 
 PEAK = """
-import resource, sys
+import sys
 from comotion.report.leaving_out import forced
 from comotion_server.scene import load_scene
 from comotion_server.simulation import Simulation
@@ -50,7 +56,7 @@ scene = load_scene(sys.argv[1])
 sim = Simulation(forced(scene)[sys.argv[2]] if sys.argv[2] else scene)
 for _ in range(3):
     sim.step(scene.dt)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(peak())
 """
 
 
@@ -155,12 +161,14 @@ def _beside(scene: "Scene", word: str, other: "Scene", steps: int) -> list[Any]:
 
 def peak(path: str, word: str) -> float:
     """Peak memory [MB] of a fresh process that takes some steps, as planned or with a stage forced on."""
-    run = subprocess.run([sys.executable, "-c", PEAK, path, word], capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-c", PEAK_OF_SELF + PEAK, path, word], capture_output=True, text=True, check=False
+    )
     return float(run.stdout.splitlines()[-1]) if run.returncode == 0 else float("nan")
 
 
 def _start(path: str) -> list[Any]:
-    run = subprocess.run([sys.executable, "-c", START, path], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", PEAK_OF_SELF + START, path], capture_output=True, text=True, check=True)
     found: list[Any] = json.loads(run.stdout.splitlines()[-1])
     return found
 
