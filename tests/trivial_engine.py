@@ -34,6 +34,7 @@ class TrivialEngine:
         self.time = 0.0
         self.position = np.arange(3.0 * len(regions)).reshape(-1, 3)
         self.velocity = np.zeros((len(regions), 3))
+        self.scales = np.ones(len(regions))
         self.hold = threading.Event()
         self.hold.set()
         self.entered = threading.Event()
@@ -114,6 +115,7 @@ class TrivialEngine:
             velocities=speeds if velocities else {},
             poses=np.hstack([position, attitude]),
             twists=np.hstack([self.velocity, np.zeros_like(self.velocity)]),
+            scales=self.scales,
             sent_vertices=places,
         )
 

@@ -13,7 +13,7 @@ from comotion_protocol.header import pack, unpack
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
-BULK_KEYS = frozenset({"forces", "wrenches", "vertices", "velocities", "triangles", "poses", "twists"})
+BULK_KEYS = frozenset({"forces", "wrenches", "vertices", "velocities", "triangles", "poses", "twists", "scales"})
 """Keys that never hold a list: arrays travel as blocks (SPEC B7)."""
 
 
@@ -44,6 +44,11 @@ def motion_arrays(reply: m.OpenReply | m.StepReply) -> dict[str, Any]:
     return arrays | {
         name: array for name, array in (("poses", reply.poses), ("twists", reply.twists)) if array is not None
     }
+
+
+def scale_block(scales: np.ndarray[Any, Any] | None) -> dict[str, Any]:
+    """The block of scales, if there is one (SPEC W7)."""
+    return {} if scales is None else {"scales": scales}
 
 
 def by_region(arrays: Arrays, kind: str) -> dict[str, Any]:

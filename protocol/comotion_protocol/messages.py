@@ -330,7 +330,8 @@ class LookRequest:
 class LookReply:
     """The surfaces of a run as they are at `time` [s], after `step` (SPEC W1); welded, in the order of the open reply.
 
-    Per region: vertices [m] (vertex_count, 3) and triangles (triangle_count, 3); poses (bodies, 7): x y z w qx qy qz.
+    Per region: vertices [m] (vertex_count, 3) and triangles (triangle_count, 3); poses (bodies, 7): x y z w qx qy qz;
+    scales (bodies, 1), None where all are 1 (W7).
     """
 
     protocol: tuple[int, int]
@@ -344,17 +345,19 @@ class LookReply:
     vertices: Mapping[str, FloatArray]
     triangles: Mapping[str, IndexArray]
     poses: FloatArray
+    scales: FloatArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StateNews:
-    """Where the bodies are at the end of a step (SPEC W3): poses (bodies, 7), twists (bodies, 6)."""
+    """Where the bodies are at the end of a step (SPEC W3): poses (bodies, 7), twists (bodies, 6), scales as in look."""
 
     step: int
     attempt: int
     time: float
     poses: FloatArray
     twists: FloatArray
+    scales: FloatArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

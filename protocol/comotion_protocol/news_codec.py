@@ -5,7 +5,7 @@ from comotion_protocol import messages as m
 from comotion_protocol.blocks import Frame
 from comotion_protocol.errors import RemoteProtocolError
 from comotion_protocol.header import pack
-from comotion_protocol.message_parts import frame, given, read, rows_of
+from comotion_protocol.message_parts import frame, given, read, rows_of, scale_block
 from comotion_protocol.records import read_blocked, read_books, read_budget, read_contact, read_impact, record
 from comotion_protocol.reply_codec import decode_status_reply, encode_reply
 
@@ -15,7 +15,7 @@ def encode_news(news: m.News) -> Frame:
     match news:
         case m.StateNews():
             values = {"step": news.step, "attempt": news.attempt, "time": news.time}
-            return frame(values, {"poses": news.poses, "twists": news.twists})
+            return frame(values, {"poses": news.poses, "twists": news.twists} | scale_block(news.scales))
         case m.EventsNews():
             return _events_frame(news)
         case m.StatusReply():
@@ -37,15 +37,18 @@ def decode_news(news: str, header: bytes, bulk: bytes) -> m.News:
 
 def _decode_state(header: bytes, bulk: bytes) -> m.StateNews:
     fields, arrays = read(header, bulk, limits.REPLY_HEADER_BYTES)
-    poses, twists = rows_of(arrays, "poses", 7), rows_of(arrays, "twists", 6)
+    poses, twists, scales = rows_of(arrays, "poses", 7), rows_of(arrays, "twists", 6), rows_of(arrays, "scales", 1)
     if poses is None or twists is None or len(poses) != len(twists):
         raise RemoteProtocolError("missing", "W3", "a state has poses and twists of all bodies")
+    if scales is not None and len(scales) != len(poses):
+        raise RemoteProtocolError("wrong_shape", "W7", "a state has scales of all bodies or of none")
     return m.StateNews(
         step=fields.count("step"),
         attempt=fields.count("attempt"),
         time=fields.finite("time"),
         poses=poses,
         twists=twists,
+        scales=scales,
     )
 
 

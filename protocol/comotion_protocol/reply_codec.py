@@ -7,7 +7,17 @@ from comotion_protocol import limits
 from comotion_protocol import messages as m
 from comotion_protocol.blocks import Frame
 from comotion_protocol.header import pack
-from comotion_protocol.message_parts import Arrays, block, by_region, frame, given, motion_arrays, read, rows_of
+from comotion_protocol.message_parts import (
+    Arrays,
+    block,
+    by_region,
+    frame,
+    given,
+    motion_arrays,
+    read,
+    rows_of,
+    scale_block,
+)
 from comotion_protocol.records import (
     read_blocked,
     read_books,
@@ -164,13 +174,14 @@ def _look_frame(reply: m.LookReply) -> Frame:
         "regions": [record(region) for region in reply.regions],
         "digest": reply.digest,
     }
-    return frame(values, _surfaces(reply) | {"poses": reply.poses})
+    return frame(values, _surfaces(reply) | {"poses": reply.poses} | scale_block(reply.scales))
 
 
 def decode_look_reply(header: bytes, bulk: bytes) -> m.LookReply:
     """The look reply in a header and a bulk."""
     fields, arrays = read(header, bulk, limits.REPLY_HEADER_BYTES)
     regions = tuple(read_region(region) for region in fields.maps("regions"))
+    count = sum(len(region.bodies) for region in regions)
     return m.LookReply(
         protocol=fields.version("protocol"),
         server=read_server(fields.map("server")),
@@ -181,7 +192,8 @@ def decode_look_reply(header: bytes, bulk: bytes) -> m.LookReply:
         regions=regions,
         digest=fields.text("digest"),
         **_read_surfaces(regions, arrays),
-        poses=block(arrays, "poses", sum(len(region.bodies) for region in regions), 7),
+        poses=block(arrays, "poses", count, 7),
+        scales=block(arrays, "scales", count, 1) if "scales" in arrays else None,
     )
 
 

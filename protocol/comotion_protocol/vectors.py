@@ -123,6 +123,17 @@ def news() -> dict[str, tuple[str, m.News]]:
                 twists=np.arange(12.0).reshape(2, 6),
             ),
         ),
+        "state, scaled": (
+            "state",
+            m.StateNews(
+                step=8,
+                attempt=0,
+                time=0.04,
+                poses=np.arange(14.0).reshape(2, 7),
+                twists=np.arange(12.0).reshape(2, 6),
+                scales=np.array([[1.0], [0.75]]),
+            ),
+        ),
         "events": (
             "events",
             m.EventsNews(

@@ -32,6 +32,10 @@ class EngineSample(Protocol):
     def twists(self) -> Array:
         """Per body (bodies, 6): velocity [m/s] and angular velocity [rad/s]."""
 
+    @property
+    def scales(self) -> Array:
+        """Per body (bodies,): size of its surface, relative to that at the start of the run."""
+
 
 class EngineRegion(Protocol):
     """A surface: welded vertices, triangles, and the bodies' shares of both."""

@@ -1,7 +1,8 @@
 """Which bodies start inside others.
 
 Distances compare surfaces, so a body in the solid of another one overlaps it without being near its surface. A cavity
-is no solid: its walls run the other way round. An open surface has no inside.
+is no solid: its walls run the other way round. An open surface has no inside. All of a body's corners are asked: one
+of a body that lies on another one may be on its surface.
 """
 
 from collections.abc import Iterator
@@ -33,15 +34,28 @@ def nested(m: MeshArrays, shape: Rows, pairs: Rows, x: Array, R: Array) -> Itera
     ways = np.vstack([pairs, pairs[:, ::-1]])
     ways = ways[shape[ways[:, 1]] >= 0]
     inner, outer = ways[:, 0], ways[:, 1]
-    point = np.where(shape[inner, None] >= 0, m.vertices[m.vertex_start[np.maximum(shape[inner], 0)]], 0.0)
-    point = np.einsum("kij,kj->ki", R[inner], point) + x[inner]  # any one of the inner body's
+    point = np.array([_points_of(m, s)[0] for s in shape[inner]]).reshape(-1, 3)
+    point = np.einsum("kij,kj->ki", R[inner], point) + x[inner]  # any one of the inner body's: most pairs end here
     point = np.einsum("kji,kj->ki", R[outer], point - x[outer])
     root = m.root[shape[outer]]
     seen = np.einsum("kij,kj->ki", m.axes[root], point - m.centre[root])
-    stack = np.empty((STACK_SIZE, 2), dtype=np.int64)
     for k in np.flatnonzero((np.abs(seen) < m.half[root]).all(axis=1)).tolist():
-        s, p = int(shape[outer[k]]), tuple(point[k].tolist())
-        if way_out(m, s, p, (0.0, 0.0, 1.0), stack) >= 0.0:
-            turns = winding_number(m, s, p)
-            if turns > 0.5 and abs(turns - round(turns)) < WHOLE:
-                yield int(inner[k]), int(outer[k])
+        i, o = int(inner[k]), int(outer[k])
+        if all(
+            _is_inside(m, int(shape[o]), point) for point in (_points_of(m, shape[i]) @ R[i].T + x[i] - x[o]) @ R[o]
+        ):
+            yield i, o
+
+
+def _points_of(m: MeshArrays, shape: int) -> Array:
+    """What of a body (k,3) [m] tells whether all of it is inside another one; of a round body its centre."""
+    return m.vertices[m.vertex_start[shape] : m.vertex_start[shape + 1]] if shape >= 0 else np.zeros((1, 3))
+
+
+def _is_inside(m: MeshArrays, shape: int, point: Array) -> bool:
+    """Whether a point (3,) [m], frame of a body, is in its solid; either may be said of one on its surface."""
+    p = tuple(point.tolist())
+    if way_out(m, shape, p, (0.0, 0.0, 1.0), np.empty((STACK_SIZE, 2), dtype=np.int64)) < 0.0:
+        return False
+    turns = winding_number(m, shape, p)
+    return bool(turns > 0.5 and abs(turns - round(turns)) < WHOLE)

@@ -120,6 +120,11 @@ class Sample:
         """Velocity [m/s] and angular velocity [rad/s] per body, (bodies,6)."""
         return np.hstack([self.state.velocity, self.state.spin])
 
+    @property
+    def scales(self) -> Array:
+        """Of the geometry, relative to the scene's, (bodies,): 1 unless healing scaled a body down (P16)."""
+        return self.state.scale
+
 
 def regions_of(scene: Scene) -> tuple[Region, ...]:
     """The regions of a scene in the order of their names."""

@@ -74,7 +74,14 @@ def state_news(request: m.StepRequest, out: Any, sample: EngineSample, rows: NDA
         time=float(out.time),
         poses=np.ascontiguousarray(sample.poses[rows]),
         twists=np.ascontiguousarray(sample.twists[rows]),
+        scales=scales_told(sample, rows),
     )
+
+
+def scales_told(sample: EngineSample, rows: NDArray[np.intp]) -> NDArray[np.float64] | None:
+    """Scales (bodies, 1) of the bodies with a surface; None while all are 1 (SPEC W7)."""
+    scales = sample.scales[rows, None]
+    return None if np.all(scales == 1.0) else np.ascontiguousarray(scales)
 
 
 def events_news(request: m.StepRequest, out: Any) -> m.EventsNews:

@@ -25,7 +25,15 @@ from comotion_protocol.keys import check_run
 from comotion_protocol.link import Audience
 from comotion_protocol.session import Act, Session
 from comotion_server.engine import Engine, EngineSample
-from comotion_server.replies import events_news, motion_arrays, plan_lines, state_news, step_reply, sums_found
+from comotion_server.replies import (
+    events_news,
+    motion_arrays,
+    plan_lines,
+    scales_told,
+    state_news,
+    step_reply,
+    sums_found,
+)
 from comotion_server.step_input import check_dt, check_step, check_sums
 from comotion_server.surfaces import Surface, surface_digest, surfaces_of
 
@@ -132,6 +140,7 @@ class Service:
                 vertices={name: surface.send(sample.vertices[name]) for name, surface in surfaces.items()},
                 triangles={name: surface.triangles for name, surface in surfaces.items()},
                 poses=np.ascontiguousarray(sample.poses[self._rows]),
+                scales=scales_told(sample, self._rows),
             )
         )
 

@@ -67,7 +67,8 @@ def test_the_glb_holds_bodies_by_name_and_their_poses(tmp_path):
     poses[:, 0, 0] = [0.0, 1.0, 2.0]
     poses[1, 0, 3:] = [half, 0, 0, half]
     poses[2, 0, 3:] = [0, 0, 0, -1.0]  # the other sign of half a turn: a player must not go back
-    write_glb(tmp_path / "a.glb", body_shapes(surface, poses[0]), {"wall": "fixed"}, times, poses)
+    scales = np.array([[1.0, 1.0], [1.0, 1.0], [0.5, 1.0]])
+    write_glb(tmp_path / "a.glb", body_shapes(surface, poses[0]), {"wall": "fixed"}, times, poses, scales)
     scene = trimesh.load(tmp_path / "a.glb")  # a second reader: geometry and names
     assert set(scene.geometry) == {"hull", "wall"}
     np.testing.assert_allclose(scene.bounds[1], [2.0, 1.5, 2.0], rtol=FLOAT32)  # y up
@@ -86,6 +87,7 @@ def test_the_glb_holds_bodies_by_name_and_their_poses(tmp_path):
     moved = {c["target"]["path"]: animation["samplers"][c["sampler"]] for c in animation["channels"]}
     np.testing.assert_array_equal(array(moved["rotation"]["input"]).ravel(), [0.0, 0.5, 1.0])
     np.testing.assert_array_equal(array(moved["translation"]["output"])[:, 0], [0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(array(moved["scale"]["output"]), [[1.0] * 3, [1.0] * 3, [0.5] * 3])
     expected = [[0, 0, 0, 1], [0, 0, half, half], [0, 0, 1, 0]]  # x y z w
     np.testing.assert_allclose(array(moved["rotation"]["output"]), expected, atol=FLOAT32)
 

@@ -13,6 +13,8 @@ from comotion.outputs.report import Report
 
 image = pytest.importorskip("PIL.Image", reason="pillow is in the extra `view`")
 
+AT_REST = np.zeros((0, 7)), np.zeros(0)  # poses and scales, which matter to frames alone
+
 
 def impact(time, point, impulse=1.0, body="floe"):
     numbers = {"time": time, "point": point, "impulse": impulse, "approach_speed": 1.0, "restitution": 0.5}
@@ -22,20 +24,20 @@ def impact(time, point, impulse=1.0, body="floe"):
 def test_states_are_kept_at_their_interval_even_if_steps_are_longer():
     film = Film(0.25)
     for time in np.arange(0.0, 1.001, 0.01):
-        film.add(time, np.zeros((1, 3)))
+        film.add(time, np.zeros((1, 3)), *AT_REST)
     np.testing.assert_allclose(film.times, [0.0, 0.25, 0.5, 0.75, 1.0])
     coarse = Film(0.1)
     for time in (0.0, 0.35, 0.7):
-        coarse.add(time, np.zeros((1, 3)))
+        coarse.add(time, np.zeros((1, 3)), *AT_REST)
     assert coarse.times == [0.0, 0.35, 0.7]
 
 
 def test_frames_show_the_states_and_mark_the_impact(tmp_path):
     surface = scene_of(floe=[1.0, 0, 0.2], hull=[-1.0, 0, 0.2])
     film = Film(0.1)
-    film.add(0.0, surface.points)
+    film.add(0.0, surface.points, *AT_REST)
     film.add_impacts([impact(0.09, (1.0, 0.0, 0.7))])
-    film.add(0.1, surface.points)
+    film.add(0.1, surface.points, *AT_REST)
     still = Still(surface, MOTION, 0.0)
     shown = []
     before = surface.points.copy()
@@ -46,7 +48,7 @@ def test_frames_show_the_states_and_mark_the_impact(tmp_path):
     assert first.shape == (*SIZE[::-1], 3)
     red = (second[..., 0] > second[..., 2] + 60) & (first[..., 0] <= first[..., 2] + 60)
     rows, columns = np.nonzero(red)
-    x, y = Camera.on(still.points_seen).pixel(np.array([1.0, 0.0, 0.7]))
+    x, y = Camera.on(still.view).pixel(np.array([1.0, 0.0, 0.7]))
     assert np.hypot(columns.mean() - x, rows.mean() - y) < 5.0  # pixels; the ring is 18 large
     write_gif(tmp_path / "a.gif", frames, 0.1)
     with image.open(tmp_path / "a.gif") as gif:

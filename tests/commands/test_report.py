@@ -1,15 +1,18 @@
 """`comotion report`: what it writes, and what it refuses."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
+from comotion.commands.errors import BAD_OUTCOME
 from comotion.main import main
 from comotion.report.findings import Chart, Curve, Findings, Point, Table
-from comotion.report.pages import write_index, write_study
+from comotion.report.pages import Run, write_index, write_study
 from comotion.report.study import STUDIES
 
 MACHINE = {"processor": "p", "cores": 2, "load_at_start": 0.0, "system": "s", "python": "3", "libraries": {}}
+RUN = Run("2020-01-01", MACHINE, 1.0, None, quick=False)
 
 
 def test_a_quick_report_writes_pages_tables_and_figures(tmp_path, capsys):
@@ -46,8 +49,28 @@ def test_a_slope_is_that_of_the_power_law():
 
 def test_what_json_does_not_have_is_written_as_text(tmp_path):
     chart = Chart("x", "t", "x", "y", [Curve("c", "n", [Point(1.0, float("inf"), "1")])])
-    write_study(STUDIES[0], Findings([chart], [Table("t", ["a"], [[None], [True]])]), MACHINE, tmp_path)
+    write_study(STUDIES[0], Findings([chart], [Table("t", ["a"], [[None], [True]])]), RUN, tmp_path)
     data = json.loads((tmp_path / f"{STUDIES[0].name}.json").read_text())
     assert data["charts"][0]["curves"][0]["points"][0]["y"] == "inf"
-    write_index([(STUDIES[0], 1.0)], MACHINE, tmp_path, quick=False)
+    write_index(tmp_path)
     assert STUDIES[0].title in (tmp_path / "README.md").read_text()
+
+
+def test_a_study_that_fails_is_reported_and_the_next_one_runs(tmp_path, monkeypatch, capsys):
+    def study(**_):
+        raise ValueError("no answer")
+
+    monkeypatch.setattr("comotion.report.attitude.study", study)
+    assert main(["report", "attitude", "staircase", "--quick", "--out", str(tmp_path)]) == BAD_OUTCOME
+    assert "ValueError: no answer" in capsys.readouterr().out
+    index = (tmp_path / "README.md").read_text()
+    assert "failed: ValueError: no answer" in index
+    assert "(staircase.md) | done" in index
+
+
+def test_studies_of_other_runs_stay_in_the_folder(tmp_path):
+    for study, day in zip(STUDIES[:2], ("2020-01-01", "2020-02-02"), strict=True):
+        write_study(study, Findings(), replace(RUN, day=day), tmp_path)
+        write_index(tmp_path)
+    index = (tmp_path / "README.md").read_text()
+    assert all(word in index for word in (STUDIES[0].title, STUDIES[1].title, "2020-01-01", "2020-02-02"))

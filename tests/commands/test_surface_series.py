@@ -47,7 +47,7 @@ def test_vtk_reads_every_step_bit_for_bit(surface, tmp_path):
     states = [(0.0, surface.points), (0.25, surface.points + 0.1), (0.5, surface.points / 3)]
     with SurfaceSeries(path, surface, {}, None) as series:
         for time, points in states:
-            series.append(time, points, POSES, TWISTS)
+            series.append(time, points, POSES, TWISTS, np.ones(3))
     reader = reader_module.vtkHDFReader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
@@ -117,7 +117,7 @@ def test_vtk_reads_the_impacts_of_every_state(tmp_path):
 
 def append_and_be_interrupted(path, surface):
     with SurfaceSeries(path, surface, {}, None) as series:
-        series.append(0.0, surface.points, POSES, TWISTS)
+        series.append(0.0, surface.points, POSES, TWISTS, np.ones(3))
         raise KeyboardInterrupt
 
 

@@ -181,6 +181,27 @@ def test_a_live_page_is_told_of_every_impact_and_only_while_it_is_open():
         wait_until(lambda: not any(peers.server.listens(news) for news in ("state", "events", "progress")))
 
 
+def test_a_live_page_shows_what_was_scaled_before_and_after_it_opened():
+    with live_page() as (peers, page):
+        motion = peers.open()
+        peers.engine.scales[1] = 0.5
+        motion.step(DT)
+        with page.feed() as feed:
+            scene, shapes = decode(feed.recv(PATIENCE))
+            corner, count = scene["bodies"][1]["corners"]
+            pose = peers.engine.sample(0.0)
+            whole = pose.vertices["ice"] - pose.poses[1, :3]
+            assert np.ptp(shapes["corners"][corner : corner + count]) == pytest.approx(np.ptp(whole) / 0.5)
+            np.testing.assert_array_equal(decode(feed.recv(PATIENCE))[1]["scales"][:, 0], [1.0, 0.5, 1.0])
+            wait_until(lambda: peers.server.listens("state"))
+            peers.engine.scales[1] = 0.25
+            motion.step(DT)
+            told = {}, {}
+            while (told[0].get("kind"), told[0].get("step")) != ("state", 2):
+                told = decode(feed.recv(PATIENCE))
+            np.testing.assert_array_equal(told[1]["scales"][:, 0], [1.0, 0.25, 1.0])
+
+
 def test_watch_says_what_is_missing(tmp_path):
     done = run_command("watch", "--replay", tmp_path)
     assert done.returncode == 2
@@ -191,7 +212,7 @@ def test_watch_says_what_is_missing(tmp_path):
 
 
 def recorded(folder):
-    """A run of one cube that falls 2 m in 1 s, with one impact."""
+    """A run of one cube that falls 2 m in 1 s and is half as large in the end, with one impact."""
     from cubes_by_hand import scene_of
 
     from comotion.outputs.surface_series import SurfaceSeries
@@ -200,7 +221,8 @@ def recorded(folder):
     with SurfaceSeries(folder / "bodies.vtkhdf", surface, {BAD_NAME: "prescribed"}, 0.0) as series:
         for time_now in (0.0, 0.5, 1.0):
             poses = np.array([[100.0, 0, 2.0 - 2 * time_now, 1, 0, 0, 0]])
-            series.append(time_now, surface.points - [0, 0, 2 * time_now], poses, np.zeros((1, 6)))
+            scale = np.array([0.5 if time_now == 1.0 else 1.0])
+            series.append(time_now, surface.points - [0, 0, 2 * time_now], poses, np.zeros((1, 6)), scale)
     text = "time [s],body_a,body_b,x [m],y [m],z [m],impulse [N s]\n0.75,a,b,100.0,0.0,0.0,3.0\n"
     (folder / "impacts.csv").write_text(text)
 
@@ -215,6 +237,7 @@ def test_a_recorded_run_is_all_there(tmp_path):
     assert np.abs(shapes["corners"]).max() == 0.5  # about the body's own centre
     np.testing.assert_array_equal(arrays["times"], [0.0, 0.5, 1.0])
     np.testing.assert_allclose(arrays["poses"][:, 0, :3] + film["origin"], [[100, 0, 2], [100, 0, 1], [100, 0, 0]])
+    np.testing.assert_array_equal(arrays["scales"], [[1.0], [1.0], [0.5]])
     np.testing.assert_array_equal(arrays["impacts"], [[0.75, 100.0, 0.0, 0.0, 3.0]])
 
 
@@ -241,6 +264,8 @@ def test_a_browser_shows_it_and_takes_no_name_as_html(tmp_path):
         )
         height = tab.evaluate("window.comotion.view.meshes[0].position.z + window.comotion.view.origin[2]")
         assert height == pytest.approx(0.5, abs=1e-6)  # halfway between two states
+        scale = "const t = document.getElementById('time'); t.value = 1; t.dispatchEvent(new Event('input'));"
+        assert tab.evaluate(scale + "window.comotion.view.meshes[0].scale.x") == 0.5
         tab.evaluate("window.comotion.view.picked = 0")
         wait_until(lambda: BAD_NAME in tab.inner_text("#body"))
         assert tab.title() == f"{tmp_path.name} - comotion"

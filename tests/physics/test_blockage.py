@@ -4,12 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from played import smallest_gap
-from scenes_by_hand import fixed_box, free_box, moved_box, scene_of
+from scenes_by_hand import fixed_box, free_box, moved_box, scene_of, solid
 
 from comotion_mock_cfd.scenes import path_of
-from comotion_server.scene import load_scene
+from comotion_server.geometry import distance
+from comotion_server.healing import shrunk
+from comotion_server.inner_world import Inner, alone
+from comotion_server.kernels.penetration import overlap_depth
+from comotion_server.meetings import Meeting
+from comotion_server.meshes import TriangleMesh
+from comotion_server.meshes.mesh_store import MeshStore
+from comotion_server.scene import Collisions, load_scene
 from comotion_server.simulation import Simulation
+from comotion_server.world import World
 
 SPEED = 0.5  # [m/s]
 WIDTH = 0.2  # [m]
@@ -121,3 +130,32 @@ def test_the_papers_rules_heal_what_they_find_intersecting(rule):
     exact = sum(len(mine.step(0.01).wear) for _ in range(95))
     if rule == "paper":
         assert exact < healings
+
+
+RADIUS = 0.5  # [m]
+WAY = np.array([0.6, 0.48, 0.64])  # from one sphere to the other: along no axis of their meshes
+
+
+@pytest.mark.parametrize("apart", [1.95, 1.8, 1.6])
+@pytest.mark.parametrize("subdivisions", [3, 4])
+def test_overlapping_spheres_shrink_as_the_rule_says(apart, subdivisions):
+    """Spheres of radius R at a distance d < 2 R overlap by 2 R - d: s = 1 - 2 (2 R - d) / R clears twice that (P16)."""
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=RADIUS)
+    mesh = TriangleMesh(np.array(ball.vertices), np.array(ball.faces))
+    edge = np.linalg.norm(mesh.vertices[mesh.triangles[:, 0]] - mesh.vertices[mesh.triangles[:, 1]], axis=1).max()
+    coarse = edge**2 / RADIUS  # [m]: facets lie inside the sphere by a sixth of it, and vertices as far off the line
+    d = apart * RADIUS
+    near, far = (solid(name, mesh, mass=1.0, position=at * WAY) for name, at in (("near", 0.0), ("far", d)))
+    world = World(scene_of(near, far))  # in the order of the names: far, near
+    before = distance(mesh, (np.eye(3), 2.01 * RADIUS * WAY), mesh, (np.eye(3), np.zeros(3)))  # last apart
+    normal = (before.point_b - before.point_a) / before.distance
+    store, (x, _, R, _, _) = MeshStore.build([mesh]), world.state.arrays
+    depth = float(overlap_depth(store.arrays, 0, 0, x[0], R[0], x[1], R[1], normal))
+    assert depth == pytest.approx(2 * RADIUS - d, abs=coarse)
+    meeting = Meeting(0, 1, before.point_b, normal, 0.0, depth)
+    part = shrunk(Inner(world, None, alone(world)), 1, [meeting], depth, Collisions(heal="wear", scale_min=0.01))
+    s = part.members[0].scale
+    assert s == pytest.approx(1.0 - 2.0 * (2.0 * RADIUS - d) / RADIUS, abs=2.5 * coarse / RADIUS)
+    assert part.members[0].mass == pytest.approx(s**3, rel=1e-15)
+    after = distance(mesh, (np.eye(3), x[0]), part.body.mesh, (np.eye(3), x[1])).distance
+    assert after == pytest.approx(2 * RADIUS - d, abs=2 * coarse)  # a gap as wide as the overlap was deep

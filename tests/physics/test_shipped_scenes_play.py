@@ -10,6 +10,7 @@ from protocol_peers import Peers
 from comotion_mock_cfd.cfd_client import CfdClient, wants
 from comotion_mock_cfd.fluid import load_fluid
 from comotion_mock_cfd.scenes import path_of
+from comotion_server.scene import Free, load_scene
 from comotion_server.simulation import Simulation
 
 EXACT = 1e-8  # meshes at the default tolerance; the STL files' corners are float32
@@ -112,6 +113,47 @@ def test_push():
     np.testing.assert_allclose(balance.wrong, 0.0, atol=1e-11 * FLOE_MASS * SPEED)
     steady = np.array(balance.resistance[300:])
     np.testing.assert_allclose(steady, 8.9925, rtol=1e-6)
+
+
+def test_momentum_of_hull_floes_and_banks_balances_in_every_step():
+    """The ice channel with its ice on the way to the banks: m dv = contacts + fluid + weight + thrust."""
+    whole, fluid = load_scene(path_of("channel_thrust")), replace(load_fluid(path_of("channel_thrust")), duration=0.7)
+    bodies = [
+        replace(body, velocity=np.array([0.0, 0.5 * np.sign(body.position[1]), 0.0]))
+        if body.name.startswith("floe")
+        else body
+        for body in whole.bodies
+    ]
+    sim = Simulation(replace(whole, bodies=tuple(bodies)))
+    names, mass = sim.bodies.names, sim.bodies.mass
+    free = np.array([isinstance(body.motion, Free) for body in bodies])
+    hull = row_of(sim, "hull")
+    outside = mass[:, None] * whole.gravity
+    outside[hull] += bodies[hull].motion.thrust
+    velocity, wrong, total, met = sim.bodies.velocity, [], [], set()
+
+    def add(step):
+        nonlocal velocity
+        contacts = np.zeros((len(names), 3))
+        for contact in step.reply.contacts:
+            contacts[names.index(contact.body_a)] -= contact.impulse
+            contacts[names.index(contact.body_b)] += contact.impulse
+            met.add(frozenset(name.partition("-")[0] for name in (contact.body_a, contact.body_b)))
+        forces = (outside + step.wrenches[:, :3]) * step.dt
+        gained = mass[:, None] * (step.reply.twists[:, :3] - velocity)
+        left = gained - contacts - forces
+        left[hull, 1] = 0.0  # locked
+        wrong.append(left[free])
+        everything = (gained - forces)[free].sum(axis=0) + contacts[~free].sum(axis=0)
+        total.append(everything[[0, 2]])
+        velocity = step.reply.twists[:, :3]
+
+    with Peers("memory", sim) as peers, peers.open(wants=wants("end"), dt=fluid.dt) as motion:
+        CfdClient(motion, fluid).run(add)
+    assert met >= {frozenset({"bank", "floe"}), frozenset({"hull", "floe"}), frozenset({"floe"})}
+    scale = mass[free] * 0.5  # momenta [N s]: at the hull's speed
+    np.testing.assert_array_less(np.abs(wrong) / scale[:, None], 1e-11)
+    np.testing.assert_array_less(np.abs(total) / scale.sum(), 1e-11)
 
 
 def test_channel():

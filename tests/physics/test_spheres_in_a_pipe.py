@@ -1,11 +1,13 @@
 """Spheres in a pipe against arithmetic of 60 digits: one of them for 10 000 hits, 23 of them in order and time."""
 
+from decimal import Decimal
+
 import mpmath as mp
 import numpy as np
 import pytest
 from event_scenes import Ball, Part, Play, Tube
-from sphere_reference import Spheres
 
+from comotion.report.spheres_in_decimals import Spheres
 from comotion_server.kernels.event_queue import DONE, SPENT
 from comotion_server.kernels.event_scene import LEFT
 
@@ -35,7 +37,7 @@ def test_23_spheres_meet_in_the_order_and_at_the_times_of_exact_arithmetic(caps)
     events = [truth.event() for _ in range(200)]
     expected = [(i, j if j >= 0 else 23) for _, i, j in events]
     assert [tuple(pair) for pair in log.bodies[:200].tolist()] == expected
-    late = np.array([float(mp.mpf(float(t)) - s) for t, (s, _, _) in zip(log.time[:200], events, strict=True)])
+    late = np.array([float(Decimal(float(t)) - s) for t, (s, _, _) in zip(log.time[:200], events, strict=True)])
     for count, most in ROUNDED:
         assert np.abs(late[:count]).max() <= most
 

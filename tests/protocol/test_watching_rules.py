@@ -99,6 +99,32 @@ def test_state_is_that_of_the_end_of_the_step_whatever_the_client_wants(memory):
     np.testing.assert_array_equal(state.poses[:, 0], [DT * DT, 3.0 + DT * DT, 6.0])
 
 
+@pytest.mark.rule("W7")
+def test_a_look_and_a_state_tell_scales_once_a_body_was_scaled(memory):
+    audience = Listeners("state")
+    memory.service.meet(audience)
+    motion = memory.open()
+    for count, scale in enumerate((1.0, 0.5), 1):
+        memory.engine.scales[1] = scale
+        motion.step(DT)
+        wait_until(lambda count=count: len(audience.heard) == count)  # news are made after the reply
+    first, second = audience.of("state")
+    assert first.scales is None
+    np.testing.assert_array_equal(second.scales, [[1.0], [0.5], [1.0]])
+    look = codec.decode_look_reply(*ask(memory.link(), "look", {})[1:])
+    np.testing.assert_array_equal(look.scales, second.scales)
+
+
+@pytest.mark.rule("W7")
+def test_scales_of_some_bodies_are_refused():
+    state = m.StateNews(
+        step=1, attempt=0, time=DT, poses=np.ones((2, 7)), twists=np.ones((2, 6)), scales=np.ones((1, 1))
+    )
+    frame = codec.encode_news(state)
+    with pytest.raises(RemoteProtocolError, match="scales of all bodies or of none"):
+        codec.decode_news("state", frame.header, frame.bulk())
+
+
 @pytest.mark.rule("W4")
 def test_events_are_told_once_and_not_for_what_was_refused(memory):
     audience = Listeners("events")

@@ -149,6 +149,13 @@ def test_a_body_inside_another_is_refused_by_name(rule):
         Simulation(scene_of(inner, outer, rule=rule))
 
 
+def test_a_body_that_stands_on_another_with_corners_on_its_face_is_not_inside():
+    seat = free_box("seat", (1.0, 1.0, 1.0), 1.0, position=(0.3, 0.2, 0.5))
+    for sunk in (0.0, 1e-7):
+        floor = fixed_box("floor", (1.0, 1.0, 1.0), (0.0, 0.0, -0.5 + sunk))
+        assert Simulation(scene_of(seat, floor, rule="exact")).step(0.1).status == "ok"
+
+
 @pytest.mark.parametrize("rule", ["exact", "paper"])
 def test_a_body_in_a_cavity_is_inside_nothing(rule):
     outer, inner = box([1.0, 1.0, 1.0]), box([0.8, 0.8, 0.8])

@@ -123,7 +123,8 @@ def _subject(ready: "Ready", scene: "FluidScene", options: argparse.Namespace) -
     level = scene.fluid.level if scene.fluid is not None else None
     every = options.every or (scene.duration / max(options.frames - 1, 1) if options.frames else None)
     resisting = body or min(as_told, default=None)
-    return Subject(scene.name, ready.motion, level, resisting, options.window, every, options.stl)
+    path = scene_path(options.scene)
+    return Subject(scene.name, path, ready.motion, level, resisting, options.window, every, options.stl)
 
 
 def _play(play: "Play", motion: "TimedMotion", subject: "Subject", folder: Path | None) -> tuple["Summary", list[str]]:

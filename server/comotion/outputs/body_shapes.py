@@ -19,11 +19,15 @@ class BodyShape:
     edges: NDArray[np.float32]
 
 
-def body_shapes(surface: Surface, poses: NDArray[np.float64]) -> list[BodyShape]:
-    """The shapes of a surface whose bodies are at these poses (bodies, 7): x y z [m], w qx qy qz."""
+def body_shapes(
+    surface: Surface, poses: NDArray[np.float64], scales: NDArray[np.float64] | None = None
+) -> list[BodyShape]:
+    """The shapes of a surface whose bodies are at poses (bodies, 7), x y z [m], w qx qy qz, without their `scales`."""
     shapes = []
     for row, (body, pose) in enumerate(zip(surface.bodies, poses, strict=True)):
         own = (surface.points_of(body) - pose[:3]) @ rotation(pose[3:])  # R^T of each arm
+        if scales is not None:
+            own /= scales[row, 0]
         triangles = surface.triangles_of(row)
         shading = Shading(own, triangles)
         shapes.append(

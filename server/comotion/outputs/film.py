@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MARKS = 200  # of the largest impacts are marked in a frame
 LINGER = 2.5  # frames for which an impact is seen
+LONGEST_LINGER = 0.1  # of the run: in a few pictures of a long one all impacts would be seen
 TIME_ROUNDING = 1e-9  # [s]: sample times are sums of steps
 GIF_SIZE = (800, 450)  # [pixels]
 GIF_COLOURS = ((192, "MEDIANCUT"), (64, "MAXCOVERAGE"))  # the most frequent, and the rare ones of the rings
@@ -33,17 +34,21 @@ class Film:
         self.interval = interval
         self.times: list[float] = []  # [s]
         self._states: list[NDArray[np.float32]] = []
+        self._poses: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # and scales
         self._impacts: list[list[Impact]] = [[]]  # before each state since the one before; the last: after the last
         self._next = -np.inf
 
-    def add(self, time: float, points: NDArray[np.float64]) -> None:
-        """Keep a state if it is due: time [s] and points [m], shape (n, 3), world frame."""
+    def add(
+        self, time: float, points: NDArray[np.float64], poses: NDArray[np.float64], scales: NDArray[np.float64]
+    ) -> None:
+        """Keep a state if it is due: time [s], points [m], shape (n, 3), poses (bodies, 7), scales (bodies,)."""
         if time < self._next - TIME_ROUNDING:
             return
         if not self.times:
             self._next = time
         self.times.append(time)
         self._states.append(points.astype(np.float32))
+        self._poses.append((poses, scales))
         self._impacts[-1] = _largest(self._impacts[-1])
         self._impacts.append([])
         self._next += self.interval * max(1.0, np.floor((time - self._next) / self.interval + 1.0 + TIME_ROUNDING))
@@ -73,6 +78,8 @@ class Film:
 
     def _paint(self, hand: Painter, still: Still, path: Path, index: int, title: str) -> None:
         still.surface.points[:] = self._states[index]
+        if still.frames is not None:
+            still.frames.place(*self._poses[index])
         hand.paint(path, self._marks(index), f"{title}   t = {self.times[index]:.3f} s")
 
     def _seen(self, still: Still) -> NDArray[np.float64]:
@@ -84,7 +91,8 @@ class Film:
         return np.concatenate(points)
 
     def _marks(self, index: int) -> list[Mark]:
-        now, linger = self.times[index], LINGER * self.interval
+        now, longest = self.times[index], LONGEST_LINGER * (self.times[-1] - self.times[0])
+        linger = min(LINGER * self.interval, max(longest, self.interval / 2))
         largest = max((hit.impulse for hits in self._impacts for hit in hits), default=0.0)
         recent = [hit for hits in self._impacts[max(0, index - int(LINGER) - 1) : index + 1] for hit in hits]
         return [

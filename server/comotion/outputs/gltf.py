@@ -26,8 +26,9 @@ def write_glb(
     motion: Mapping[str, str],
     times: NDArray[np.float64],
     poses: NDArray[np.float64],
+    scales: NDArray[np.float64],
 ) -> None:
-    """Write shapes that take poses (times, bodies, 7), x y z [m], w qx qy qz, at times [s]."""
+    """Write shapes that take poses (times, bodies, 7), x y z [m], w qx qy qz, and scales (times, bodies), at times."""
     scene = _Scene()
     origin = np.round(poses[0, :, :3].mean(axis=0))
     kinds = list(COLOURS)
@@ -38,11 +39,13 @@ def write_glb(
     for row, shape in enumerate(shapes):
         places = (poses[:, row, :3] - origin).astype("<f4")
         turns = continuous(poses[:, row, 3:])[:, [1, 2, 3, 0]].astype("<f4")
+        sizes = np.repeat(scales[:, row, None], 3, axis=1).astype("<f4")
         node = {"name": shape.name, "translation": places[0].tolist(), "rotation": turns[0].tolist()}
         if len(shape.corners):
             node["mesh"] = scene.mesh(shape, kinds.index(motion.get(shape.name, "free")))
         nodes.append(node)
-        for target, values, kind in (("translation", places, "VEC3"), ("rotation", turns, "VEC4")):
+        paths = ("translation", places, "VEC3"), ("rotation", turns, "VEC4"), ("scale", sizes, "VEC3")
+        for target, values, kind in paths:
             if np.any(values != values[0]):
                 channels.append({"sampler": len(samplers), "target": {"node": row, "path": target}})
                 samplers.append({"input": input_times, "output": scene.accessor(values, kind)})

@@ -14,6 +14,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from comotion.outputs.frames import Frames
 from comotion.outputs.surface import Surface
 
 SIZE = (1280, 720)  # [pixels]
@@ -21,7 +22,9 @@ COLOURS = {"free": "#f1f6fa", "prescribed": "#34404d", "fixed": "#aaa69d"}  # fl
 WATER = "#3f86b5"
 SHADOW = "#1d2b36"
 MARK = "#e8541e"  # of impacts
-VIEW_FROM = np.array([-0.75, -1.0, 0.62])  # direction from the middle of the scene to the camera, z up
+FRAME = "#f0a020"
+VIEW_FROM = np.array([-0.75, -1.0, 1.0])  # direction from the middle of the scene to the camera, z up
+NEARBY = 0.7, 1.5  # of the size of what moves: a still body's own size, and both together, up to which it is seen
 GRAPHICS_LIBRARIES = {"EGL": "libegl1", "GL": "libgl1"}  # library: the Debian package that has it
 
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]  # lowest and highest corner [m]
@@ -40,13 +43,15 @@ class Mark:
 class Still:
     """What the picture shows: the surface, each body's motion ("free", "fixed", "prescribed"), the water level [m].
 
-    `seen`, points [m] of shape (n, 3), is what the view takes in; what moves unless told otherwise.
+    `seen`, points [m] of shape (n, 3), is where things move; where they are now unless told otherwise. `frames` are
+    drawn translucent.
     """
 
     surface: Surface
     motion: Mapping[str, str]
     water_level: float | None
     seen: NDArray[np.float64] | None = None
+    frames: Frames | None = None
 
     def colour(self, body: str) -> str:
         """Colour of a body by the way it moves."""
@@ -66,13 +71,29 @@ class Still:
 
     @property
     def points_seen(self) -> NDArray[np.float64]:
-        """Points [m], shape (n, 3), that the view takes in."""
+        """Points [m], shape (n, 3), of what moves as far as the view takes it in."""
         return self.moving_points() if self.seen is None else self.seen
+
+    @property
+    def view(self) -> NDArray[np.float64]:
+        """Points [m], shape (n, 3), that the view takes in: also still bodies that are small and near, or around it."""
+        moving = self.points_seen
+        low, high = moving.min(axis=0), moving.max(axis=0)
+        own, joint = np.linalg.norm(high - low) * np.array(NEARBY)
+        taken = [moving]
+        for body in self.surface.bodies:
+            points = self.surface.points_of(body)
+            least, most = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+            near = np.linalg.norm(np.ptp(points, axis=0)) <= own and np.linalg.norm(most - least) <= joint
+            if not self.moves(body.name) and (near or self.encloses(body.name)):
+                taken.append(points)
+        return np.concatenate(taken)
 
     @property
     def box(self) -> Box:
         """Lowest and highest corner [m] of what is seen, a little enlarged."""
-        low, high = self.points_seen.min(axis=0), self.points_seen.max(axis=0)
+        view = self.view
+        low, high = view.min(axis=0), view.max(axis=0)
         margin = 0.05 * float(np.linalg.norm(high - low))
         return low - margin, high + margin
 

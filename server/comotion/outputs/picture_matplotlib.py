@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from comotion.outputs.picture import MARK, SIZE, VIEW_FROM, WATER, Mark, Still
+from comotion.outputs.picture import FRAME, MARK, SIZE, VIEW_FROM, WATER, Mark, Still
 
 DPI = 100
 LIGHT = np.array([-0.4, -0.5, 1.0]) / np.linalg.norm([-0.4, -0.5, 1.0])
+FRAME_OPACITY = 0.12
 AMBIENT = 0.55  # share of the light that reaches faces turned away
 
 
@@ -42,6 +43,9 @@ class PlainPainter:
         if still.water_level is not None:
             _add_water(axes, low, high, still.water_level)
         _add_faces(axes, still)
+        if still.frames is not None:
+            sheet = still.frames.points[still.frames.triangles]
+            axes.add_collection3d(Poly3DCollection(sheet, facecolors=FRAME, alpha=FRAME_OPACITY, clip_on=False))
         for mark in marks:
             size = 30 + 300 * mark.size
             axes.scatter(*mark.point, s=size, facecolors="none", edgecolors=MARK, alpha=1 - mark.age, depthshade=False)

@@ -1,7 +1,8 @@
-"""Pictures by pyvista, off-screen: shaded bodies with feature edges, flat shadows, translucent water.
+"""Pictures by pyvista, off-screen: shaded bodies with feature edges, flat shadows, translucent water and frames.
 
-Everything is three meshes whose points move: the faces (corners of their own per triangle, so that normals can break at
-edges), the edges, the shadows. A state costs one update of each, however many bodies there are.
+Everything is a few meshes whose points move: the faces (corners of their own per triangle, so that normals can break at
+edges), the edges, the shadows, the frames and their edges. A state costs one update of each, however many
+bodies there are.
 """
 
 import os
@@ -16,7 +17,7 @@ from PIL import Image
 
 from comotion.outputs.camera import VIEW_ANGLE, Camera
 from comotion.outputs.overlay import draw_over
-from comotion.outputs.picture import SHADOW, SIZE, WATER, Mark, Still
+from comotion.outputs.picture import FRAME, SHADOW, SIZE, WATER, Mark, Still
 from comotion.outputs.shading import Shading
 
 # vtk tries an X server first and warns on standard error when there is none; the variable is read when it is imported.
@@ -29,6 +30,7 @@ LIFT = 4e-4  # part of the scene's size by which shadows lie above the water, or
 WATER_REACH = 6.0  # sizes of the scene by which the water goes on around it: beyond the picture's edges
 PNG_EFFORT = 3  # of 9: how hard PNG files are pressed; more takes longer than drawing
 GLASS = 60  # of 255: opacity of what has everything else inside
+FRAME_OPACITY = (0.5, 0.4)  # of faces and edges
 TINT = 0.035  # bodies of one colour differ by as much in brightness, so that neighbours are told apart
 
 
@@ -38,14 +40,15 @@ class ShadedPainter:
     name = "pyvista"
 
     def __init__(self, still: Still) -> None:
-        self._surface = still.surface
-        self._camera = Camera.on(still.points_seen)
+        self._surface, self._frames = still.surface, still.frames
+        self._camera = Camera.on(still.view)
         self._shading = Shading(still.surface.points, still.surface.triangles)
         size = float(np.linalg.norm(np.subtract(*still.box)))
         self._height = still.shadow_height + LIFT * size
         casts = np.array([still.moves(body.name) for body in still.surface.bodies], dtype=bool)
         self._casting = still.surface.triangles[casts[still.surface.body_of_triangle]]
         self._faces, self._edges, self._shadows = self._meshes(still)
+        self._frame_meshes = self._frames_meshes()
         self._plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
         self._furnish(still)
 
@@ -57,6 +60,9 @@ class ShadedPainter:
         self._edges.points = points
         self._shadows.points = self._cast(points)
         self._shadows.faces = _as_cells(self._above(points), 3)
+        if self._frames is not None:
+            for mesh in self._frame_meshes:
+                mesh.points = self._frames.points
         self._plotter.render()
         image = Image.fromarray(self._plotter.screenshot(return_img=True))
         draw_over(image, self._camera, marks, caption).save(path, compress_level=PNG_EFFORT)
@@ -75,6 +81,14 @@ class ShadedPainter:
         faces.cell_data["colour"] = _palette(still)[still.surface.body_of_triangle]
         edges = pv.PolyData(points, lines=_as_cells(self._shading.edges, 2))
         return faces, edges, pv.PolyData(self._cast(points), _as_cells(self._above(points), 3))
+
+    def _frames_meshes(self) -> tuple[Any, ...]:
+        """Faces and edges of the frames, if there are any."""
+        if self._frames is None:
+            return ()
+        points, triangles = self._frames.points, self._frames.triangles
+        edges = Shading(points, triangles).edges
+        return pv.PolyData(points, _as_cells(triangles, 3)), pv.PolyData(points, lines=_as_cells(edges, 2))
 
     def _cast(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """The points moved along the sun's light onto the plane of shadows; what lies below it, straight up."""
@@ -95,13 +109,17 @@ class ShadedPainter:
         plotter.set_background("#e3eaf0", top="#b4c7d6")
         self._light()
         shine = {"ambient": 0.18, "specular": 0.15, "specular_power": 12}
-        plotter.add_mesh(self._faces, scalars="colour", rgb=True, smooth_shading=True, **shine)
+        faces = plotter.add_mesh(self._faces, scalars="colour", rgb=True, smooth_shading=True, **shine)
+        faces.mapper.resolve = "polygon_offset"  # behind the edges, which are in them
         if len(self._shading.edges):
             plotter.add_mesh(self._edges, color="#26323c", line_width=1.0, opacity=0.7, style="wireframe")
         if self._shadows.n_cells:
             plotter.add_mesh(self._shadows, color=SHADOW, opacity=0.3, lighting=False)
         if still.water_level is not None:
             self._add_water(still, still.water_level)
+        # Only faces that look away from the camera: behind a body, so that it keeps its colour, and around it.
+        for mesh, opacity in zip(self._frame_meshes, FRAME_OPACITY, strict=False):
+            plotter.add_mesh(mesh, color=FRAME, opacity=opacity, culling="front", lighting=False, line_width=1.0)
         plotter.camera.view_angle = VIEW_ANGLE
         plotter.camera_position = [self._camera.eye, self._camera.middle, (0.0, 0.0, 1.0)]
         plotter.reset_camera_clipping_range()

@@ -39,6 +39,7 @@ class Subject:
     """What the pictures and plots are about."""
 
     title: str
+    scene: Path  # its file
     motion: dict[str, str]  # how each body moves: "free", "fixed" or "prescribed"
     water_level: float | None  # [m]
     resistance_of: str | None  # body
@@ -63,7 +64,9 @@ class RunOutputs:
         self._start = self._time = opened.time
         self._next_state = opened.sample_time
         self.notes: list[str] = []
-        self._states: list[tuple[float, Array]] = []  # times [s] and poses of the series
+        self._states: list[tuple[float, Array, Array]] = []  # times [s], poses and scales of the series
+        self._sizes: Array = np.empty(0)  # of the bodies in the first of them
+        self._placed = self._sizes, self._sizes  # the latest poses and scales
         self._new_impacts: list[Impact] = []
         self._largest: list[Impact] = []
         self._series = self._open_series()
@@ -128,13 +131,17 @@ class RunOutputs:
             raise ValueError("the session was opened without poses or twists; both are written")
         time = sample.sample_time
         self._tables.write_poses(time, self._names, sample.poses, sample.twists)
+        if not self._states:
+            self._sizes = self._surface.sizes(sample.poses)
+        scales = self._surface.scales(sample.poses, self._sizes)
         if self._film is not None:
-            self._film.add(time, self._surface.points)
+            self._film.add(time, self._surface.points, sample.poses, scales)
+        self._placed = sample.poses, scales
         if time >= self._next_state - TIME_ROUNDING:
-            self._states.append((time, sample.poses))
+            self._states.append((time, sample.poses, scales))
             if self._series is not None:
                 surfaces, impacts = self._series
-                surfaces.append(time, self._surface.points, sample.poses, sample.twists)
+                surfaces.append(time, self._surface.points, sample.poses, sample.twists, scales)
                 impacts.append(time, self._new_impacts)
                 self._new_impacts = []
             self._next_state = time + SERIES_INTERVAL
@@ -173,26 +180,30 @@ class RunOutputs:
     def _draw_pictures(self, show: Show) -> Sequence[Path]:
         """The last state, and the frames with their animation; returns the frames."""
         from comotion.outputs.film import write_gif
+        from comotion.outputs.frames import Frames
         from comotion.outputs.picture import Still, draw, missing_graphics
 
-        still = Still(self._surface, self._subject.motion, self._subject.water_level)
+        frames = Frames.of_scene(self._subject.scene, self._names)
+        if frames is not None:
+            frames.place(*self._placed)
+        still = Still(self._surface, self._subject.motion, self._subject.water_level, frames=frames)
         drawn_by = draw(self._folder / "final.png", still)
-        frames: Sequence[Path] = ()
+        pictures: Sequence[Path] = ()
         if self._film is not None:
-            frames = self._film.draw(self._folder / "frames", still, self._subject.title, show)
-            write_gif(self._folder / "animation.gif", frames, self._film.interval)
+            pictures = self._film.draw(self._folder / "frames", still, self._subject.title, show)
+            write_gif(self._folder / "animation.gif", pictures, self._film.interval)
         if drawn_by != "pyvista" and (packages := missing_graphics()):
             self.notes.append(f"pictures are drawn plainly: pyvista needs {' and '.join(packages)} (apt install)")
-        return frames
+        return pictures
 
     def _write_glb(self) -> None:
         from comotion.outputs.body_shapes import body_shapes
         from comotion.outputs.gltf import write_glb
 
         start = Surface(self._opened.regions, self._opened.vertices, self._opened.triangles)
-        times, poses = zip(*self._states, strict=True)
+        times, poses, scales = map(np.array, zip(*self._states, strict=True))
         shapes = body_shapes(start, poses[0])
-        write_glb(self._folder / "bodies.glb", shapes, self._subject.motion, np.array(times), np.array(poses))
+        write_glb(self._folder / "bodies.glb", shapes, self._subject.motion, times, poses, scales)
 
     def _write_report(self, summary: "Summary", frames: Sequence[Path]) -> None:
         from comotion.outputs.film import STRIP

@@ -61,6 +61,15 @@ class Surface:
         """Points of one body [m], shape (count, 3), world frame."""
         return self.points[body.first : body.first + body.count]
 
+    def scales(self, poses: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sizes of the bodies at poses (bodies, 7), relative to `before` (of `sizes`); shape (bodies,), to rounding."""
+        return np.divide(self.sizes(poses), before, out=np.ones_like(before), where=before > 0.0)
+
+    def sizes(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Root of the summed squares of each body's arms [m] about its centre of mass, shape (bodies,)."""
+        arms = self.points - poses[self.body_of_point, :3]
+        return np.sqrt(np.bincount(self.body_of_point, np.einsum("ij,ij->i", arms, arms), len(self.bodies)))
+
     def triangles_of(self, body: int) -> NDArray[np.int64]:
         """Triangles of one body, shape (m, 3), into its own points."""
         own: NDArray[np.int64] = self.triangles[self.body_of_triangle == body]

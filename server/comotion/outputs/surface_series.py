@@ -36,7 +36,7 @@ class SurfaceSeries:
     """Writes `points` and `velocity` of one surface over time; the body of each triangle is the cell array `body`.
 
     Beside it, in the group `comotion`: `names` and `motion` of the bodies in the order of their numbers, `poses`,
-    `twists`, the body of each point, and as attribute the water level [m], if there is water.
+    `twists`, `scales` (P16), the body of each point, and as attribute the water level [m], if there is water.
     """
 
     def __init__(self, path: Path, surface: Surface, motion: Mapping[str, str], water_level: float | None) -> None:
@@ -56,15 +56,20 @@ class SurfaceSeries:
         self._own = _create_own(self._file, surface, motion, water_level)
 
     def append(
-        self, time: float, points: NDArray[np.float64], poses: NDArray[np.float64], twists: NDArray[np.float64]
+        self,
+        time: float,
+        points: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        twists: NDArray[np.float64],
+        scales: NDArray[np.float64],
     ) -> None:
-        """One more state at a time [s]: all points [m], shape (n, 3); poses (bodies, 7), twists (bodies, 6); world."""
+        """One more state at a time [s]: all points [m], shape (n, 3); per body poses (7), twists (6), scale; world."""
         step = int(self._steps.attrs["NSteps"])
         arms = points - poses[self._body_of_point, :3]
         velocity = twists[self._body_of_point, :3] + np.cross(twists[self._body_of_point, 3:], arms)
         _extend(self._root["Points"], points)
         _extend(self._root["PointData/velocity"], velocity)
-        for name, value in (("poses", poses), ("twists", twists)):
+        for name, value in (("poses", poses), ("twists", twists), ("scales", scales)):
             _extend(self._own[name], value[None])
         for name in ("PointOffsets", "PointDataOffsets/velocity"):
             _append(self._steps[name], step * self._points)
@@ -161,8 +166,8 @@ def _create_own(file: Any, surface: Surface, motion: Mapping[str, str], water_le
     text = h5py.string_dtype("utf-8")
     own.create_dataset("names", data=names, dtype=text)
     own.create_dataset("motion", data=[motion.get(name, "free") for name in names], dtype=text)
-    for name, width in (("poses", 7), ("twists", 6)):
-        shape = (len(names), width)
+    for name, width in (("poses", (7,)), ("twists", (6,)), ("scales", ())):
+        shape = (len(names), *width)
         own.create_dataset(name, (0, *shape), maxshape=(None, *shape), chunks=(1, *map(_one, shape)), dtype="<f8")
     return own
 

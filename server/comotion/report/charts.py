@@ -10,7 +10,7 @@ LOWEST = 1e-17  # an error of zero is drawn here
 
 
 def draw(chart: Chart, folder: Path) -> list[Path]:
-    """One figure: a curve per method, the parameter on its points, the rounding floor."""
+    """One figure: a curve per method, the parameter at its ends, the rounding floor."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -27,8 +27,8 @@ def draw(chart: Chart, folder: Path) -> list[Path]:
             axes.loglog(
                 [p.x for p in points], ys, MARKS[k % len(MARKS)], label=f"{curve.name} ({curve.parameter}{power})"
             )
-            for point, y in zip(points, ys, strict=True):
-                axes.annotate(point.label, (point.x, y), xytext=(3, 3), textcoords="offset points", fontsize=6)
+            for point, y in list(zip(points, ys, strict=True))[:: max(len(points) - 1, 1)]:  # the first and the last
+                axes.annotate(point.label, (point.x, y), xytext=(3, 3), textcoords="offset points", fontsize=7)
         if chart.floor is not None:
             axes.axhline(chart.floor, color="grey", linestyle=":", label="rounding")
         axes.set_title(chart.title)

@@ -27,13 +27,13 @@ class Party(Protocol):
 
 
 class Comotion:
-    """This server, on meshes, rule `exact`; `dt` is the coupling step."""
+    """This server, rule `exact`, balls as spheres and the rest as meshes; `dt` is the coupling step."""
 
     library = "comotion_server"
 
     def __init__(self, case: Case, dt: float) -> None:
         from comotion_server.meshes import TriangleMesh
-        from comotion_server.scene import Body, Collisions, Fixed, Free, Plane, Scene
+        from comotion_server.scene import Body, Collisions, Fixed, Free, Plane, Scene, Sphere
         from comotion_server.simulation import Simulation
         from comotion_server.warm_up import warm_up
 
@@ -41,10 +41,16 @@ class Comotion:
         nothing = np.full((3, 3), np.nan)
         bodies = []
         for k, thing in enumerate(case.things):
-            mesh = meshes.setdefault(len(thing.mesh[0]), TriangleMesh(*thing.mesh))
+            size = thing.parts[0].size
+            if isinstance(size, float):
+                body_shape: Sphere | TriangleMesh = Sphere(size)
+            else:
+                body_shape = meshes.setdefault(len(thing.mesh[0]), TriangleMesh(*thing.mesh))
             state: dict[str, Any] = {"velocity": np.array(thing.velocity), "angular_velocity": np.array(thing.spin)}
             inertia = np.diag(thing.moments)
-            bodies.append(Body(f"thing-{k:04d}", "things", Free(), thing.mass, inertia, mesh, thing.position, **state))
+            bodies.append(
+                Body(f"thing-{k:04d}", "things", Free(), thing.mass, inertia, body_shape, thing.position, **state)
+            )
         for k, (normal, point) in enumerate(case.walls):
             shape, at = Plane(np.array(normal)), np.array(point)
             bodies.append(Body(f"wall-{k}", "walls", Fixed(), np.nan, nothing, shape, at))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comotion.report.cells import Cell
-from comotion.report.scenes import CUBE, G, brick, driven, plane, play, simulation
+from comotion.report.scenes import CUBE, G, brick, driven, plane, play, simulation, sphere
 
 if TYPE_CHECKING:
     from comotion_server.results import StepResult
@@ -26,6 +26,10 @@ def cells() -> Iterator[Cell]:
         land = lambda n=side: landing(n)  # noqa: E731
         criterion = "relative error of the speeds <= 1e-9"
         yield Cell("simultaneous contacts", f"{side * side} cubes", required, criterion, land, 1e-9, side == 10)
+    for count in (10, 100):
+        pit = lambda n=count: landed_balls(n)  # noqa: E731
+        criterion = "relative error of the speeds <= 1e-9"
+        yield Cell("simultaneous contacts", f"{count} spheres", "all answered as if alone", criterion, pit, 1e-9)
     for steps, long in ((1000, False), (1_000_000, True)):
         rest = lambda n=steps: resting(n)  # noqa: E731
         yield Cell("box at rest", f"{steps} steps", "no creep", "way moved [m] = 0", rest, 0.0, long)
@@ -65,6 +69,14 @@ def landing(side: int) -> float:
     play(sim, 0.5, 0.1)
     cubes_only = [k for k, name in enumerate(sim.bodies.names) if name != "floor"]
     return float(np.abs(sim.bodies.velocity[cubes_only] / 0.5 - (0.0, 0.0, 1.0)).max())
+
+
+def landed_balls(count: int) -> float:
+    """Spheres fall on a plane at the same time, e = 0.5: the speed after, against e v."""
+    balls = [sphere(f"b{k:03d}", 0.5, position=(1.5 * k, 0.0, 0.75), velocity=(0, 0, -1.0)) for k in range(count)]
+    sim = simulation(*balls, plane(), restitution=0.5)
+    play(sim, 0.5, 0.1)
+    return float(np.abs(sim.bodies.velocity[:count] / 0.5 - (0.0, 0.0, 1.0)).max())
 
 
 def resting(steps: int) -> float:

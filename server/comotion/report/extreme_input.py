@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from comotion.report.cells import Cell, refused
-from comotion.report.scenes import CUBE, brick, plane, simulation
+from comotion.report.scenes import CUBE, brick, plane, simulation, wall
 from comotion_server.forces import StepInputError
 
 REFUSED = "a clear refusal, the state untouched, the next step works"
@@ -33,6 +33,17 @@ def cells() -> Iterator[Cell]:
     for dt in (1e-12, 1.0, 1e6):
         exact = partial(flown, dt)
         yield Cell("extreme dt", f"{dt:g} s", "the exact answer", "relative error <= 1e-14", exact, 1e-14)
+    for dt in (1.0, 10.0, 1e4):
+        back = partial(sent_back, dt)
+        yield Cell("extreme dt, a wall ahead", f"{dt:g} s", "the exact answer", "relative error <= 1e-8", back, 1e-8)
+
+
+def sent_back(dt: float) -> float:
+    """A cube at 1 m/s, e = 0.5, a wall 2 m ahead: where it is after one step, relative."""
+    sim = simulation(brick("a", CUBE, velocity=(1, 0, 0)), wall("b", CUBE, (3, 0, 0)), restitution=0.5)
+    sim.step(dt)
+    exact = dt if dt < 2.0 else 2.0 - 0.5 * (dt - 2.0)
+    return abs(float(sim.bodies.position[0, 0]) / exact - 1.0)
 
 
 def turned_away(dt: float, forces: Any = None) -> float:

@@ -6,11 +6,12 @@ from functools import partial
 import numpy as np
 
 from comotion.report.cells import Cell, refused
-from comotion.report.scenes import CUBE, brick, plane, simulation
-from comotion_server.meshes import box
-from comotion_server.scene import SceneError
+from comotion.report.scenes import CUBE, brick, plane, simulation, solid, sphere
+from comotion_server.meshes import TriangleMesh, box
+from comotion_server.scene import Body, SceneError
 
 HEALED = "repaired and counted: same volume and inertia"
+LINKED = 1.5  # [m] that the centres of linked rings of radius 1 m, 0.5 m thick, can be apart
 REFUSED = "said to be unusable, and where"
 
 
@@ -19,6 +20,8 @@ def cells() -> Iterator[Cell]:
     same = "relative error of volume and inertia <= 1e-12"
     for needle in (1e3, 1e6):
         yield Cell("needles", f"1:{needle:g}", HEALED, same, partial(_needle_mended, needle), 1e-12)
+    for width in (1e-9, 1e-15):
+        yield Cell("slivers", f"width {width:g}", HEALED, same, partial(_needle_mended, 1.0 / width), 1e-12)
     yield Cell("zero-area facet", "on an edge", HEALED, same, lambda: mended(*with_needle(0.0)), 1e-12)
     yield Cell("duplicated vertices", "every corner of every facet", HEALED, same, lambda: mended(*soup()), 1e-12)
     yield Cell("doubled facet", "one", HEALED, same, lambda: mended(*doubled()), 1e-12)
@@ -35,6 +38,13 @@ def cells() -> Iterator[Cell]:
     yield Cell("overlap at the start", "by 1e-7 m", slight, "overlap [m] <= 0", slightly, 0.0)
     inside = "refused with the pair's names"
     yield Cell("nested at the start", "a cube in a cube", inside, named, nested, 0.0)
+    for value, offset in (("half", 0.5), ("by 1e-4 m", 1.0 - 1e-4)):
+        overlap = partial(overlapping_balls, offset)
+        yield Cell("spheres overlap at the start", value, "refused with the pair's names", named, overlap, 0.0)
+    yield Cell("nested at the start", "a sphere in a sphere", inside, named, balls_nested, 0.0)
+    yield Cell("linked at the start", "links that cross", inside, named, links_crossing, 0.0)
+    held = "way [m] that they come apart beyond the hole's room <= 0"
+    yield Cell("linked at the start", "links that do not touch", "stay linked", held, links_pulled, 0.0, long=True)
     yield Cell("sunk in a plane", "by half", "refused with the pair's names", named, sunk, 0.0)
 
 
@@ -135,6 +145,52 @@ def slightly() -> float:
 def nested() -> float:
     """A small cube within a large one: their surfaces do not meet."""
     return refused(lambda: _start(brick("inner", (0.2,) * 3), brick("outer", CUBE)), SceneError, "inner", "outer")
+
+
+def overlapping_balls(offset: float) -> float:
+    """Two spheres whose centres are `offset` apart, 1 m wide."""
+    a, b = sphere("a", 0.5), sphere("b", 0.5, position=(offset, 0, 0))
+    return refused(lambda: _start(a, b), SceneError, "a", "b")
+
+
+def balls_nested() -> float:
+    """A small sphere within a large one."""
+    return refused(lambda: _start(sphere("inner", 0.25), sphere("outer", 1.0)), SceneError, "inner", "outer")
+
+
+def links(apart: float) -> tuple[Body, Body]:
+    """Two links of a chain, rings of radius 1 m and thickness 0.5 m, whose centres are `apart`."""
+    upright = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)
+    mesh = ring(1.0, 0.25)
+    other = solid("right", mesh, position=(apart, 0, 0), quaternion=upright, velocity=(1, 0, 0))
+    return solid("left", mesh), other
+
+
+def links_crossing() -> float:
+    """The one runs through the other's body."""
+    return refused(lambda: _start(*links(1.75)), SceneError, "left", "right")
+
+
+def links_pulled() -> float:
+    """Pulled apart, e = 1: how much farther than linked rings can be, whose holes are 1.5 m wide."""
+    sim = simulation(*links(1.0), restitution=1.0)
+    farthest = 0.0
+    for _ in range(30):
+        sim.step(0.1)
+        farthest = max(farthest, float(np.linalg.norm(sim.bodies.position[1] - sim.bodies.position[0])))
+    return farthest - LINKED
+
+
+def ring(radius: float, thick: float) -> TriangleMesh:
+    """A torus about z, of facets."""
+    n, m = 16, 8
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    r = radius + thick * np.cos(v)
+    points = np.stack([r * np.cos(u), r * np.sin(u), thick * np.sin(v)], axis=-1).reshape(-1, 3)
+    a = np.arange(n * m).reshape(n, m)
+    b, d = np.roll(a, -1, 0), np.roll(a, -1, 1)
+    quads = np.stack([a, b, np.roll(b, -1, 1), d], axis=-1).reshape(-1, 4)
+    return TriangleMesh(points, np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
 
 
 def sunk() -> float:

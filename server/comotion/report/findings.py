@@ -10,6 +10,9 @@ ROUNDING = 2.0**-52
 SPREAD = 1.5
 """Least ratio of the costs of a curve that a slope is fitted to; below it, noise is all there is."""
 
+CORRELATED = 0.9
+"""Least square of the correlation of a curve that a slope is fitted to."""
+
 
 @dataclass(frozen=True)
 class Point:
@@ -29,13 +32,14 @@ class Curve:
     points: list[Point] = field(default_factory=list)
 
     def slope(self) -> float | None:
-        """Exponent p of y = c x^p, by least squares over the points above rounding; None where costs hardly differ."""
+        """Exponent p of y = c x^p, by least squares over the points above rounding; None where they are on no line."""
         seen = [(log(p.x), log(p.y)) for p in self.points if isfinite(p.y) and p.y > 10 * ROUNDING and p.x > 0]
         if len(seen) < 2 or max(seen)[0] - min(seen)[0] < log(SPREAD):
             return None
         mean_x, mean_y = (sum(column) / len(seen) for column in zip(*seen, strict=True))
-        spread = sum((x - mean_x) ** 2 for x, _ in seen)
-        return sum((x - mean_x) * (y - mean_y) for x, y in seen) / spread if spread > 0.0 else None
+        centred = [(x - mean_x, y - mean_y) for x, y in seen]
+        xx, xy, yy = sum(x * x for x, _ in centred), sum(x * y for x, y in centred), sum(y * y for _, y in centred)
+        return xy / xx if xy * xy > CORRELATED * xx * yy else None
 
 
 @dataclass

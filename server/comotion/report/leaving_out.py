@@ -1,7 +1,8 @@
 """What the shipped scenes leave out and why, what that saves, and what it changes: nothing.
 
 Forced on: what a scene can be made to run though it does not need it. Healing where nothing is pinched; merging where
-restitution is above 0; collisions of a lone body, by a fixed box far away. Both runs take the same steps in turns.
+restitution is above 0; collisions of a lone body, by a fixed box far away. Each alone, and all that a scene can have
+together; both runs take the same steps in turns.
 """
 
 import json
@@ -20,13 +21,20 @@ from comotion.report.timing import timed
 if TYPE_CHECKING:
     from comotion_server.scene import Scene
 
-PATIENCE = 5.0  # [s] of wall time for the steps of one scene
+PATIENCE = 2.0  # [s] of wall time for the steps of one scene
 STEPS = 200
 FAR = 1e4  # [m]
 TARGET = 50.0  # [us] a step of a lone floating body
 
+PEAK_OF_SELF = """
+def peak():
+    # not ru_maxrss, which a process takes over from the one that started it
+    with open("/proc/self/status") as status:
+        return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) / 1024
+"""
+
 START = """
-import json, resource, sys, time
+import json, sys, time
 begin = time.perf_counter()
 from comotion_server.simulation import Simulation
 imported = time.perf_counter()
@@ -36,8 +44,19 @@ sim.step(1e-4)
 stepped = time.perf_counter()
 kernels = sum(name.startswith("comotion_server.kernels.") for name in sys.modules)
 heavy = [name for name in ("trimesh", "scipy", "zenoh", "pydantic") if name in sys.modules]
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-print(json.dumps([imported - begin, built - imported, stepped - built, kernels, ", ".join(heavy), peak]))
+print(json.dumps([imported - begin, built - imported, stepped - built, kernels, ", ".join(heavy), peak()]))
+"""
+
+PEAK = """
+import sys
+from comotion.report.leaving_out import forced
+from comotion_server.scene import load_scene
+from comotion_server.simulation import Simulation
+scene = load_scene(sys.argv[1])
+sim = Simulation(forced(scene)[sys.argv[2]] if sys.argv[2] else scene)
+for _ in range(3):
+    sim.step(scene.dt)
+print(peak())
 """
 
 
@@ -48,21 +67,34 @@ def study(*, quick: bool, say: Progress) -> Findings:
     from comotion_server.scene import load_scene
 
     names = ("float_box", "bounce") if quick else tuple(scenes.names())
-    plans, costs, starts = [], [], []
+    plans, costs, memory, starts = [], [], [], []
     for name in names:
         say(name)
         path = scenes.path_of(name)
         scene = load_scene(path)
         plans += [[name, line.stage, line.kept, line.reason] for line in Plan(scene).explain()]
-        costs.append([name, *_both(scene, 20 if quick else STEPS)])
+        ways = forced(scene)
+        costs += [[name, *_beside(scene, word, other, 20 if quick else STEPS)] for word, other in ways.items()]
+        if ways and not quick:
+            last = list(ways)[-1]
+            memory.append([name, last, peak(str(path), ""), peak(str(path), last)])
         starts.append([name, *_start(str(path))])
     tables = [
         Table("Stages in and out", ["scene", "stage", "runs", "reason"], plans),
         Table(
             "As planned and with more forced on (no fluid)",
-            ["scene", "steps", "us a step", "forced on", "us a step, forced", "largest difference of positions [m]"],
+            [
+                "scene",
+                "forced on",
+                "steps",
+                "us a step",
+                "us a step, forced",
+                "ratio",
+                "largest difference of positions [m]",
+            ],
             costs,
         ),
+        Table("Peak memory of a process", ["scene", "forced on", "as planned [MB]", "forced [MB]"], memory),
         Table(
             "Start-up in a fresh process, kernels in the cache",
             [
@@ -81,53 +113,62 @@ def study(*, quick: bool, say: Progress) -> Findings:
     return Findings(tables=tables)
 
 
-def _forced(scene: "Scene") -> tuple["Scene", list[str]]:
-    """The scene with what it does not need."""
-    given, words = scene.collisions, []
-    bodies = scene.bodies
-    if len(bodies) < 2:
-        bodies = tuple(sorted((*bodies, wall("far-away", CUBE, (FAR, 0, 0))), key=lambda body: body.name))
-        words.append("collisions")
+def forced(scene: "Scene") -> "dict[str, Scene]":
+    """The scene with each stage that it does not need, and with all of them."""
+    given, made = scene.collisions, {}
+    ways: dict[str, dict[str, Any]] = {}
+    if len(scene.bodies) < 2:
+        far = wall("far-away", CUBE, (FAR, 0, 0))
+        ways["collisions"] = {"bodies": tuple(sorted((*scene.bodies, far), key=lambda body: body.name))}
     if given.rule == "exact" and given.heal == "off" and not scene.name.startswith(("jam", "blockage")):
-        given = replace(given, heal="wear")
-        words.append("healing")
+        ways["healing"] = {"heal": "wear"}
     if given.rule == "exact" and not given.merge and given.restitution > 0.0 and not given.material_pairs:
-        given = replace(given, merge=True)
-        words.append("merging")
-    return replace(scene, collisions=given, bodies=bodies), words
+        ways["merging"] = {"merge": True}
+    if len(ways) > 1:
+        ways["everything"] = {key: value for way in ways.values() for key, value in way.items()}
+    for word, way in ways.items():
+        rules = {key: value for key, value in way.items() if key != "bodies"}
+        made[word] = replace(scene, collisions=replace(given, **rules), bodies=way.get("bodies", scene.bodies))
+    return made
 
 
-def _both(scene: "Scene", steps: int) -> list[Any]:
+def _beside(scene: "Scene", word: str, other: "Scene", steps: int) -> list[Any]:
+    """Steps of a scene as planned and as forced, in turns."""
     from time import perf_counter
 
     from comotion_server.simulation import Simulation
 
-    other, words = _forced(scene)
     planned = Simulation(scene)
     try:
-        forced = Simulation(other)
-        forced.step(scene.dt)
+        changed = Simulation(other)
+        changed.step(scene.dt)
     except Exception as error:  # noqa: BLE001 - some scene may refuse it, and the table says so
-        forced, words = None, [f"refused: {error}"]
+        return [word, None, None, None, None, f"refused: {error}"]
     planned.step(scene.dt)
     spent: list[list[float]] = [[], []]
-    done = 1
-    while done < steps and sum(map(sum, spent)) < PATIENCE:
-        for k, sim in enumerate(filter(None, (planned, forced))):
+    while len(spent[0]) < steps and sum(map(sum, spent)) < PATIENCE:
+        for k, sim in enumerate((planned, changed)):
             begin = perf_counter()
             sim.step(scene.dt)
             spent[k].append(perf_counter() - begin)
-        done += 1
-    first = 1e6 * float(np.median(spent[0]))
-    if forced is None:
-        return [done, first, words[0], None, None]
-    rows = [forced.bodies.names.index(name) for name in planned.bodies.names]
-    difference = float(np.abs(forced.bodies.position[rows] - planned.bodies.position).max())
-    return [done, first, ", ".join(words) or "nothing", 1e6 * float(np.median(spent[1])), difference]
+    first, second = (1e6 * float(np.median(times)) for times in spent)
+    rows = [changed.bodies.names.index(name) for name in planned.bodies.names if name in changed.bodies.names]
+    if len(rows) < len(planned.bodies.names):
+        return [word, len(spent[0]), first, second, second / first, "bodies have merged"]
+    difference = float(np.abs(changed.bodies.position[rows] - planned.bodies.position).max())
+    return [word, len(spent[0]), first, second, second / first, difference]
+
+
+def peak(path: str, word: str) -> float:
+    """Peak memory [MB] of a fresh process that takes some steps, as planned or with a stage forced on."""
+    run = subprocess.run(
+        [sys.executable, "-c", PEAK_OF_SELF + PEAK, path, word], capture_output=True, text=True, check=False
+    )
+    return float(run.stdout.splitlines()[-1]) if run.returncode == 0 else float("nan")
 
 
 def _start(path: str) -> list[Any]:
-    run = subprocess.run([sys.executable, "-c", START, path], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", PEAK_OF_SELF + START, path], capture_output=True, text=True, check=True)
     found: list[Any] = json.loads(run.stdout.splitlines()[-1])
     return found
 

@@ -5,13 +5,15 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from comotion.report.charts import draw
+from comotion.report.findings import Findings
 from comotion.report.machine import machine
-from comotion.report.pages import write_index, write_study
+from comotion.report.pages import Run, write_index, write_study
 from comotion.report.study import Study
 
 Say = Callable[[str], None]
@@ -31,26 +33,29 @@ class Outcome:
 
 
 def run_studies(studies: list[Study], folder: Path, *, quick: bool) -> list[Outcome]:
-    """Run, write, draw; a study that ends with an error is reported and the next one runs."""
+    """Run, write, draw; a study that ends with an error is reported and the next one runs.
+
+    Each study is in the folder, and in its index, as soon as it is done; those that other runs left there stay.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    here = machine()
     outcomes: list[Outcome] = []
     with _bar(studies) as (say, advance):
         for study in studies:
+            here, today, error = machine(), datetime.now(UTC).date().isoformat(), None
             begin = perf_counter()
             try:
                 found = study.run(quick=quick, say=lambda text, name=study.name: say(f"{name}: {text}"))  # type: ignore[misc]
-                write_study(study, found, here, folder)
                 for chart in found.charts:
                     draw(chart, folder)
-                error = None
             except Exception as problem:  # noqa: BLE001 - the others are still wanted
                 traceback.print_exc()
                 error = f"{type(problem).__name__}: {problem}"
-            outcomes.append(Outcome(study, perf_counter() - begin, error))
+                found = Findings(notes=[f"This study failed: {error}"])
+            outcome = Outcome(study, perf_counter() - begin, error)
+            write_study(study, found, Run(today, here, outcome.seconds, error, quick), folder)
+            write_index(folder)
+            outcomes.append(outcome)
             advance(study.minutes)
-    done = [(outcome.study, outcome.seconds) for outcome in outcomes if outcome.error is None]
-    write_index(done, here, folder, quick=quick)
     return outcomes
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from comotion_server.meshes import TriangleMesh, box, mass_properties
-from comotion_server.scene import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene
+from comotion_server.scene import Body, Collisions, Fixed, Free, Plane, Prescribed, Scene, Sphere
 
 if TYPE_CHECKING:
     from comotion_server.results import Impact
@@ -34,6 +34,12 @@ def solid(name: str, mesh: TriangleMesh, mass: float = 1.0, motion: Any = None, 
 def brick(name: str, size: Any, mass: float = 1.0, motion: Any = None, **state: Any) -> Body:
     """A box with edges [m]."""
     return solid(name, box(size), mass, motion, **state)
+
+
+def sphere(name: str, radius: float, mass: float = 1.0, **state: Any) -> Body:
+    """A round ball of uniform density; radius [m]."""
+    vectors: dict[str, Any] = {key: np.asarray(value, dtype=float) for key, value in state.items()}
+    return Body(name, name, Free(), mass, 0.4 * mass * radius**2 * np.eye(3), Sphere(radius), **vectors)
 
 
 def wall(name: str, size: Any, position: Any) -> Body:

@@ -27,6 +27,7 @@ class Study:
 STUDIES = (
     Study("attitude", "Attitude of a free top: error against run time", 1.0),
     Study("contact_time", "Time of a contact: error against run time", 1.0),
+    Study("many_impacts", "A hundred impacts of 23 spheres: error against run time", 0.5),
     Study("engines", "Bouncing and elastic balls beside other engines", 20.0),
     Study("staircase", "Hull in a row of floes: error against run time", 1.0),
     Study("floating", "Heave and roll under two ways to sample forces", 2.0),

@@ -5,6 +5,9 @@ from collections import deque
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from comotion.outputs.body_shapes import body_shapes
 from comotion.outputs.surface import Surface
 from comotion.watching.page_message import page_message
@@ -39,12 +42,12 @@ class LiveSource:
                     {"state": self._take_state, "events": self._take_events, "progress": self._take_progress}
                 )
                 self._listening.__enter__()
-        shapes = body_shapes(Surface(look.regions, look.vertices, look.triangles), look.poses)
+        shapes = body_shapes(Surface(look.regions, look.vertices, look.triangles), look.poses, look.scales)
         still = {body.name: "fixed" for region in look.regions if not region.moves for body in region.bodies}
         state = {"kind": "state", "step": look.step, "time": look.time, "impacts": [], "count": 0}
         return [
             scene_message(look.run, "live", shapes, still, None),
-            page_message(state, {"poses": look.poses}),
+            page_message(state, {"poses": look.poses} | _scales(look.scales)),
             _progress_message(status),
         ]
 
@@ -72,7 +75,7 @@ class LiveSource:
         if state is not None:
             header = {"kind": "state", "step": state.step, "time": state.time, "impacts": impacts}
             header |= {"count": count, "blocked": blocked}
-            told.append(page_message(header, {"poses": state.poses, "twists": state.twists}))
+            told.append(page_message(header, {"poses": state.poses, "twists": state.twists} | _scales(state.scales)))
         return number, told
 
     def _clear(self) -> None:
@@ -99,6 +102,10 @@ class LiveSource:
             self._blocked = sorted({name for block in news.blocked or () for name in block.bodies})
             for hit in news.impacts[-IMPACTS_KEPT:]:
                 self._impacts.append((self._number, [hit.time, *hit.point, hit.impulse]))
+
+
+def _scales(scales: NDArray[np.float64] | None) -> dict[str, NDArray[np.float64]]:
+    return {} if scales is None else {"scales": scales}
 
 
 def _progress_message(status: StatusReply) -> bytes:

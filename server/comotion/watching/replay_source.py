@@ -29,7 +29,7 @@ class ReplaySource:
 
         with h5py.File(folder / "bodies.vtkhdf") as file:
             root, own = file["VTKHDF"], file["comotion"]
-            times, poses = root["Steps/Values"][:], own["poses"][:]
+            times, poses, scales = root["Steps/Values"][:], own["poses"][:], own["scales"][:]
             names, motion = own["names"].asstr()[:].tolist(), own["motion"].asstr()[:].tolist()
             level = own.attrs.get("water_level")
             surface = _surface(names, root["Points"], root["Polygons/Connectivity"][:], own["body_of_point"][:])
@@ -40,6 +40,7 @@ class ReplaySource:
         arrays = {
             "times": times.astype("<f8"),
             "poses": np.concatenate([poses[:, :, :3] - origin, poses[:, :, 3:]], axis=2).astype("<f4"),
+            "scales": scales.astype("<f4"),
             "impacts": _impacts(folder / "impacts.csv"),
         }
         self._first = [

@@ -9,7 +9,8 @@ Along a direction n that is fixed in the frame, the gap of two convex pieces is 
   L(s) = gap + n . c1 s + (n . c2 - error - bend) s^2 / 2 - (sigma(n + s n x turn) - sigma(n)),
 sigma the support of the core, which is convex, so L is concave: where it is above a floor at 0 and at s, it is in
 between. A step lasts until the first triangle of the mesh (or the whole frame, where that is convex) could come down to
-the target by the better of two directions: that of the closest points, and the triangle's normal.
+the target by the best of these directions: that of the closest points, the triangle's normal, and those that turn with
+a capsule (`line_time`).
 """
 
 from math import inf
@@ -19,12 +20,13 @@ from comotion_server.kernels.curved_gap import curved_gap
 from comotion_server.kernels.curved_mesh_gap import box_bound, curved_mesh_gap
 from comotion_server.kernels.curved_triangles import triangle_gap
 from comotion_server.kernels.jit import lean_jit
+from comotion_server.kernels.line_time import line_time as time_beside
 from comotion_server.kernels.mesh_pair import corners
 from comotion_server.kernels.motion_bounds import relate, sphere_time, spins_over, take_over
 from comotion_server.kernels.pair_impact import Touch, come_down
 from comotion_server.kernels.pair_window import QUERIES, STEPS
 from comotion_server.kernels.plane_impact import line_time
-from comotion_server.kernels.solids import CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
+from comotion_server.kernels.solids import CAPSULE, CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
 from comotion_server.kernels.time_of_impact import (
     LATER,
     MEETS,
@@ -169,11 +171,14 @@ def _rise(course, n, still, way, s):
 
 
 @lean_jit
-def _time_along(course, n, gap, opening, target, horizon):
-    """How long [s] the gap along n stays above the target, or above where it is, or half of it; at most `horizon`."""
+def _time_along(course, n, gap, opening, down, target, horizon):
+    """How long [s] the gap along n stays above the target or, where it is `down`, above where it is or half of it.
+
+    At most `horizon`.
+    """
     if course.kind == SPHERE:
         return line_time((gap, opening, dot(n, course.pull) - course.error), 0.0, target, horizon)
-    drop = (target if gap > target else (gap if opening > 0.0 else 0.5 * gap)) - gap
+    drop = (target if gap > target and not down else (gap if opening > 0.0 else 0.5 * gap)) - gap
     still, way = _support(course, n), cross(n, course.turn)
     if _rise(course, n, still, way, horizon) >= drop:
         return horizon
@@ -199,19 +204,30 @@ def _time_along(course, n, gap, opening, target, horizon):
 
 
 @lean_jit
-def _with_piece(step, course, n, gap, foot, slack, other, target, still):
+def _opening(course, n, foot, gap):
+    """Speed at which the gap opens between the closest points."""
+    arm = sub(along(foot, gap + _rim(course), n), course.centre)
+    return dot(n, add(course.velocity, cross(course.turn, arm)))
+
+
+@lean_jit
+def _with_piece(step, course, n, gap, foot, slack, other, piece, rim, endless, target, still):
     """The `Step` that one more convex piece leaves.
 
-    n, gap, foot: of its closest points; other: one more direction, with the gap `slack` along it.
+    n, gap, foot: of its closest points; other: one more direction, with the gap `slack` along it; piece: its corners,
+    which the middle line of a capsule passes by at a distance above `rim`; endless: 1: a plane.
     """
-    opening = _slope(course, n)
-    time = 0.0
+    slope, extent = _slope(course, n), length(course.centre) + course.arm + course.size[RADIUS]
+    opening = slope if endless == 1 or course.kind != CAPSULE else _opening(course, n, foot, gap)
+    down, time = come_down(gap, target, extent), 0.0
     if gap > 0.0:
-        time = _time_along(course, n, gap, opening, target, step.time)
+        time = _time_along(course, n, gap, slope, down, target, step.time)
         if time < step.time and slack > WORTH * target:
-            time = max(time, _time_along(course, other, slack, _slope(course, other), target, step.time))
-    extent = length(course.centre) + course.arm + course.size[RADIUS]
-    met = 1 if -opening > still and come_down(gap, target, extent) else 0
+            time = max(time, _time_along(course, other, slack, _slope(course, other), down, target, step.time))
+        if time < step.time and endless == 0 and course.kind == CAPSULE:
+            p, q, r = piece
+            time = max(time, time_beside(course, p, q, r, rim, down, target, step.time))
+    met = 1 if -opening > still and down else 0
     time = min(time, step.time)
     if met > step.met or (met == step.met and gap < step.gap):
         return Step(time, gap, -opening, foot, n, met)
@@ -228,7 +244,8 @@ def _with_triangle(step, m, t, course, target, still):
     if height < 0.0:
         N, height = scaled(N, -1.0), -height
     slack = height - _support(course, N) - _rim(course)
-    return _with_piece(step, course, scaled(n, -1.0), gap, add(c, P), slack, N, target, still)
+    piece, rim = (p, q, r), _rim(course)
+    return _with_piece(step, course, scaled(n, -1.0), gap, add(c, P), slack, N, piece, rim, 0, target, still)
 
 
 @lean_jit
@@ -271,7 +288,11 @@ def _shape_step(solids, frame, course, target, still, identity):
         identity,
     )
     step = Step(course.horizon, inf, 0.0, ZERO, ZERO, 0)
-    return _with_piece(step, course, n, gap, p, 0.0, n, target, still)
+    half, rim, endless = ZERO, _rim(course), 1 if solids.kind[frame] == PLANE else 0
+    if endless == 0:
+        half, rim = scaled(axis_of(solids, frame), solids.core[frame]), rim + solids.size[frame, RADIUS]
+    end = scaled(half, -1.0)
+    return _with_piece(step, course, n, gap, p, 0.0, n, (half, end, half), rim, endless, target, still)
 
 
 @lean_jit

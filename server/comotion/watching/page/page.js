@@ -54,7 +54,7 @@ const take = {
   },
   state(header, arrays) {
     if (!view.placed) view.origin = [0, 1, 2].map((axis) => Math.round(mean(arrays.poses, axis)));
-    place(arrays.poses, 0, view.origin);
+    place(arrays.poses, arrays.scales, 0, view.origin);
     for (const hit of header.impacts) ring(hit, performance.now() / 1000);
     view.twists = arrays.twists;
     show({ time: `${header.time.toFixed(4)} s`, step: header.step, impacts: header.count });
@@ -81,10 +81,12 @@ function mean(poses, axis) {
   return sum / Math.max(poses.length / 7, 1);
 }
 
-// Poses x y z w qx qy qz from a place in an array on, about an origin that has been taken off or is now.
-function place(poses, start, origin) {
+// Poses x y z w qx qy qz of a state in an array of them, about an origin that has been taken off or is now. Without
+// scales all bodies are as large as their shapes.
+function place(poses, scales, state, origin) {
   view.meshes.forEach((mesh, row) => {
-    const at = start + 7 * row;
+    const body = state * view.bodies.length + row, at = 7 * body;
+    mesh.scale.setScalar(scales ? scales[body] : 1);
     mesh.position.set(poses[at] - origin[0], poses[at + 1] - origin[1], poses[at + 2] - origin[2]);
     mesh.quaternion.set(poses[at + 4], poses[at + 5], poses[at + 6], poses[at + 3]);
   });
@@ -119,7 +121,7 @@ function look() {
   const middle = low.clone().add(high).multiplyScalar(0.5);
   view.size = Math.max(high.distanceTo(low), 1e-6);
   controls.target.copy(middle);
-  camera.position.copy(middle).add(new three.Vector3(-0.75, -1, 0.62).setLength(1.9 * view.size));
+  camera.position.copy(middle).add(new three.Vector3(-0.75, -1, 1).setLength(1.9 * view.size));
   camera.near = view.size / 200; camera.far = view.size * 100;
   camera.updateProjectionMatrix();
   sun.position.copy(middle).add(new three.Vector3(-0.8, -0.25, 1).multiplyScalar(view.size));
@@ -165,12 +167,12 @@ function fade(now) {
 
 // Replaying: the state before a time, moved on to it.
 function seek(now) {
-  const { times, poses, impacts } = view.film;
+  const { times, poses, scales, impacts } = view.film;
   let frame = 0;
   while (frame + 1 < times.length && times[frame + 1] <= now) frame++;
   const next = Math.min(frame + 1, times.length - 1);
   const part = next > frame ? Math.min(Math.max((now - times[frame]) / (times[next] - times[frame]), 0), 1) : 0;
-  place(poses, frame * 7 * view.bodies.length, [0, 0, 0]);
+  place(poses, scales, frame, [0, 0, 0]);
   view.meshes.forEach((mesh, row) => {
     const at = 7 * (next * view.bodies.length + row);
     mesh.position.lerp(new three.Vector3(poses[at], poses[at + 1], poses[at + 2]), part);
