@@ -37,12 +37,13 @@ def test_44_bounces_on_a_mesh(tolerance, error):
 @pytest.mark.parametrize("aside", [(1.0, 0.0), (1.0, 0.7)], ids=["edge", "corner"])
 @pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
 def test_a_ball_hits_an_edge_or_a_corner(aside, e):
-    """The normal runs from the edge or corner to the centre: n = (d, h) / r, h^2 = r^2 - d^2, v+ = v - (1 + e) v.n n."""
+    """The normal runs from the edge or corner to the centre: n = (d, h) / r with h^2 = r^2 - d^2."""
     r, off = 0.2, 0.1 * np.array([*aside, 0.0])
     h = np.sqrt(r * r - off @ off)
-    n = (off + [0.0, 0.0, h]) / r
+    up = np.array([0.0, 0.0, 1.0])
+    n = (off + h * up) / r
     at = np.array([0.5, 0.5 if aside[1] else 0.1, 0.5]) + off
-    ball = sphere(radius=r, mass=2.0, position=at + [0.0, 0.0, h + 0.3], velocity=(0.0, 0.0, -1.0))
+    ball = sphere(radius=r, mass=2.0, position=at + (h + 0.3) * up, velocity=(0.0, 0.0, -1.0))
     sim = Simulation(scene_of(ball, fixed_box("cube", (1, 1, 1), (0, 0, 0)), restitution=e))
     (impact,) = play(sim, 0.4, 0.01)
     assert impact.time == pytest.approx(0.3, abs=CLOSE)

@@ -94,7 +94,7 @@ def test_a_ball_falls_on_one(x, beyond):
 
 
 def test_where_the_foot_is_fixed_it_is_a_ball_on_a_ball():
-    """Against the middle of a capsule, whose centre the impulse goes through, and against a sphere: the same to the bit."""
+    """Against the middle of a capsule, through whose centre the impulse goes, and against a sphere."""
     found = []
     for low in (capsule("low", mass=2.0), sphere("low", 0.1, 2.0)):
         ball = sphere("top", 0.2, position=(0.0, 0.1, 0.5), velocity=(0, 0, -1))

@@ -86,12 +86,20 @@ FIXED = "motion = 'fixed'"
             'radius: must be at most its inner radius, 0.4 m: body "a" begins in the bore of the pipe "p"; got 0.45',
         ),
         (
-            body("capsule = { radius = 1, length = 1 }") + body("sphere = { radius = 0.5 }", "mass = 1", "b"),
-            'body "a".shape.capsule: meets no other body in this version; expected it to be alone in its scene',
+            body("cylinder = { radius = 1, length = 1 }") + body("sphere = { radius = 0.5 }", "mass = 1", "b"),
+            'body "a".shape.cylinder: meets no other body in this version; expected it to be alone in its scene',
         ),
         (
-            body("box = { size = [1, 1, 1] }") + body("sphere = { radius = 0.5 }", "mass = 1", "b"),
-            'body "b".shape: not in one scene with a mesh, as body "a" has',
+            body(PIPE, FIXED) + body("box = { size = [1, 1, 1] }", "mass = 1", "b"),
+            'body "a".shape: not in one scene with a mesh, as body "b" has',
+        ),
+        (
+            body(PIPE, FIXED) + body("capsule = { radius = 0.1, length = 1 }", "mass = 1", "b"),
+            'body "a".shape: not in one scene with a capsule, as body "b" has',
+        ),
+        (
+            "[collisions]\nmerge = true\n" + body("capsule = { radius = 1, length = 1 }"),
+            "body \"a\".shape.capsule: 'merge' and 'heal' are for meshes alone",
         ),
         (
             "[collisions]\nrule = 'paper'\n" + body("cylinder = { radius = 1, length = 1 }"),
@@ -116,6 +124,12 @@ def test_refusals(written, text, expected):
 def test_a_large_sphere_beside_a_pipe_is_none_of_its_business(written):
     rest = "mass = 1\nposition = [3, 0, 0]"
     assert len(load_scene(written(body(PIPE, FIXED, "p") + body("sphere = { radius = 0.45 }", rest))).bodies) == 2
+
+
+@pytest.mark.parametrize("shape", ["sphere = { radius = 0.5 }", "capsule = { radius = 0.5, length = 1 }"])
+@pytest.mark.parametrize("other", ["box = { size = [1, 1, 1] }", "capsule = { radius = 0.5, length = 2 }"])
+def test_what_meets(written, shape, other):
+    assert len(load_scene(written(body(shape) + body(other, "mass = 1\nposition = [9, 0, 0]", "b"))).bodies) == 2
 
 
 def test_overlap_at_the_start(written):
