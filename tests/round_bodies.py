@@ -15,5 +15,5 @@ def sphere(name="ball", radius=0.1, mass=1.0, motion=None, **state):
     return round_body(name, Sphere(radius), mass, motion, **state)
 
 
-def capsule(name="rod", radius=0.1, length=1.0, mass=2.0, axis=0, motion=None, **state):
+def capsule(name="capsule", radius=0.1, length=1.0, mass=2.0, axis=0, motion=None, **state):
     return round_body(name, Capsule(radius, length, axis), mass, motion, **state)

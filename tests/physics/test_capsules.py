@@ -128,7 +128,7 @@ def test_over_the_edge_of_a_table():
                 sim.bodies.position[1 - sim.bodies.names.index("table")], (x, 0, 0.6), atol=CLOSE
             )
         else:
-            row = sim.bodies.names.index("rod")
+            row = sim.bodies.names.index("capsule")
             assert sim.bodies.angular_velocity[row, 1] > 0.1
             assert sim.bodies.position[row, 2] < 0.6 - 1e-3
 

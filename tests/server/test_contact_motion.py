@@ -5,6 +5,7 @@ from math import inf, pi, sqrt
 import numpy as np
 import pytest
 from contact_forms import GAP, UPRIGHT, Touching, centred_cube, ell, extruded, slab, solids_of, turn
+from moving_forms import FIRST, SECOND, Flight, line_gap, unit
 
 from comotion_server.kernels.contact_manifold import ON_FEATURE
 from comotion_server.kernels.contact_motion import KEPT, refresh
@@ -20,8 +21,6 @@ from comotion_server.kernels.contacts import (
 
 # Central differences of eighth order, with rates about 1. The directions of two edges or points change faster than
 # those of faces, so their steps are shorter; what rounding then leaves is 1e-15 / step^k.
-FIRST = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-SECOND = np.array([-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560])
 STEPS = {CORNER_FACE: 0.01, FACE_CORNER: 0.01, CROSSING_A: 0.002, CROSSING_B: 0.002, EDGES: 0.002, POINTS: 0.002}
 ALLOWED = {0.01: (1e-12, 1e-9), 0.002: (1e-11, 1e-8)}  # for first and second derivatives of size 1
 ROUNDING = 1e-12
@@ -31,26 +30,6 @@ MESHES = [
     extruded([(-1, -0.8), (1.2, -1), (0.9, 1.1), (-0.7, 0.6)], 1.3),
     extruded([(0, 0), (1, 0.2), (0.3, 0.9)], 0.7),
 ]
-
-
-class Flight:
-    """A body with constant acceleration and, to second order in time, constant angular acceleration."""
-
-    def __init__(self, rng, away):
-        self.x, self.v, self.a = rng.normal(size=3) + away, rng.normal(size=3), rng.normal(size=3)
-        self.R, self.w, self.alpha = turn(rng.normal(size=3), rng.uniform(0, 3)), rng.normal(size=3), rng.normal(size=3)
-
-    def point(self, body_point, t):
-        turned = t * (self.w + 0.5 * t * self.alpha)
-        R = (turn(turned, np.linalg.norm(turned)) if t else np.eye(3)) @ self.R
-        return self.x + t * (self.v + 0.5 * t * self.a) + R @ body_point
-
-    def body_point(self, world_point):
-        return self.R.T @ (world_point - self.x)
-
-
-def unit(a):
-    return a / np.linalg.norm(a)
 
 
 def face_gap(face, outward, point):
@@ -67,11 +46,6 @@ def face_gap(face, outward, point):
 def edges_gap(a0, a1, b0, b1):
     """Distance of two moving lines, positive along edge of a x edge of b."""
     return lambda t: unit(np.cross(a1(t) - a0(t), b1(t) - b0(t))) @ (b0(t) - a0(t))
-
-
-def line_gap(point, q0, q1):
-    """Distance of a moving point from a moving line."""
-    return lambda t: np.linalg.norm(np.cross(point(t) - q0(t), unit(q1(t) - q0(t))))
 
 
 class Case:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from contact_forms import extruded, turn
-from test_contact_motion import FIRST, SECOND, Flight, line_gap, unit
+from moving_forms import FIRST, SECOND, Flight, line_gap, unit
 
 from comotion_server.kernels.contact_motion import refresh
 from comotion_server.kernels.contacts import (
@@ -22,7 +22,7 @@ from comotion_server.meshes.mesh_store import MeshStore
 R, HALF = 0.3, 0.7
 STEP = 0.002
 # Central differences of eighth order: rounding leaves some 1e-15 / step and 1e-15 / step^2.
-ALLOWED = 1e-11, 1e-8
+ALLOWED = 2e-11, 2e-8
 NORMAL = unit(np.array([0.3, -0.5, 0.8]))
 MESH_FORM = extruded([(-1, -0.8), (1.2, -1), (0.9, 1.1), (-0.7, 0.6)], 1.3)
 
@@ -107,7 +107,7 @@ def test_on_a_mesh(kind, ground_is_a, rng):
         ball = int(rng.integers(2))
         feature, distance = ground_gap(kind, solids.meshes, ground, ends(body), ball, rng)
         contacts.bodies[0], contacts.kind[0], contacts.feature[0] = (0, 1), kind, feature
-        if distance(0.0) > 0.1:
+        if distance(0.0) > 0.3:
             seen += check(solids, contacts, flights, distance, R)
     assert seen > 20
 
@@ -136,7 +136,7 @@ def test_on_each_other(one, other, rng):
         flights = Flight(rng, [0, 0, 0]), Flight(rng, [2, 1, -1])
         contacts.bodies[0], contacts.kind[0], contacts.feature[0] = (0, 1), CORES, (one, other, -1, -1, -1)
         distance = core_gap(one, other, flights)
-        if distance(0.0) > 0.1:
+        if distance(0.0) > 0.3:
             seen += check(solids, contacts, flights, distance, 2.0 * R)
     assert seen > 20
 
