@@ -65,6 +65,7 @@ class ExactQueue:
         self.islands = Islands(self.scene, self.queue, self.rules)
         self._elapsed = 0.0
         self._at_once = (-1.0, 0)  # the last time of help, and how often it was asked for then
+        self._eased = (-1.0, -1)  # the last time at which a pair stalled, and its row
         self._frozen: list[int] = []
         self._stopped: dict[int, tuple[Array, Array]] = {}
         self._blocked: list[Blocked] = []
@@ -115,6 +116,9 @@ class ExactQueue:
         self._at_once = (now, self._at_once[1] + 1 if now == self._at_once[0] else 0)
         if self._at_once[1] > MOST_AT_ONCE and code in {events.REST, events.ISLAND}:
             code = events.STALLED
+        elif code == events.STALLED and self._eased != (now, int(queue.tally[ROW])):
+            self._eased = (now, int(queue.tally[ROW]))
+            code = events.REST  # once: bodies that hit each other without end rest on each other
         if code in {events.REST, events.ISLAND}:
             seeds = queue.pairs.bodies[queue.tally[ROW]] if code == events.REST else queue.tally[TIMER : TIMER + 1]
             while not self.islands.rest(seeds.copy(), now, until):

@@ -112,16 +112,11 @@ def project_large_part(rows, bounds, equal, part_rows, part_members, place, x, y
     """As `project_part`, sparse; multipliers are unique but not those of least norm."""
     m, k = len(part_rows), len(part_members)
     link, part, size, b = np.full((m, 2), NOT_REACTING), np.empty((m, 2, 6)), np.empty(m), np.empty(m)
-    fixed, mark, forces, start, end = (
-        equal[part_rows],
-        np.zeros(m, np.bool_),
-        np.empty(m),
-        np.empty((k, 6)),
-        x[:k].copy(),
-    )
+    fixed, mark, forces, start = equal[part_rows], np.zeros(m, np.bool_), np.zeros(m), np.empty((k, 6))
     for j in range(k):
         place[part_members[j]] = j
         start[j] = x[part_members[j]]
+    end = start.copy()
     for r in range(m):
         i = part_rows[r]
         part[r], size[r], b[r] = rows.part[i], rows.size[i], bounds[i]
