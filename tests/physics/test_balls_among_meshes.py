@@ -11,6 +11,7 @@ from comotion_server.quaternions import quaternion_of, rotation_from_quaternion
 from comotion_server.scene import Fixed, SceneError
 from comotion_server.simulation import Simulation
 
+pytestmark = pytest.mark.timeout(900)  # a cold compile beside other work takes minutes
 G = 9.81
 CLOSE = 1e-8  # of lengths about 1: ten times the default tolerance, below which contacts are held
 

@@ -10,6 +10,7 @@ from comotion_server.quaternions import quaternion_of
 from comotion_server.scene import SceneError
 from comotion_server.simulation import Simulation
 
+pytestmark = pytest.mark.timeout(900)  # a cold compile beside other work takes minutes
 G = 9.81
 CLOSE = 1e-8  # of lengths about 1: ten times the default tolerance, below which contacts are held
 FLOORS = {"plane": plane(), "mesh": fixed_box("floor", (4.0, 4.0, 1.0), (0.0, 0.0, -0.5))}
