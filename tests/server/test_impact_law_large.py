@@ -6,7 +6,7 @@ from clusters_by_hand import Clump, answer
 from random_clusters import jam, opening_speeds, packing
 
 from comotion_server.kernels.dual_active_set import BLOCKED, SOLVED, project
-from comotion_server.kernels.impact_cluster import LOST, WORK
+from comotion_server.kernels.impact_cluster import LOST, WORK, settle_velocities
 from comotion_server.kernels.large_parts import project_large
 
 SAME = 1e-13  # of the fastest: both methods refine their solution
@@ -80,6 +80,19 @@ def test_long_column_between_hull_and_wall_is_blocked():
     assert outcome.status == BLOCKED
     assert outcome.report.certificate.all()
     assert not outcome.v[1:-1].any()
+
+
+def test_an_impossible_column_leaves_no_impulses():
+    """Whatever was in the memory that the solver takes: rest goes on from these numbers."""
+    clump = column(200, 1.0)
+    bodies, contacts, v, R, L, w = clump.arrays()
+    c = len(clump.rows)
+    litter = [np.full(c, 1e300) for _ in range(100)]
+    del litter
+    impulse, equal, certificate = np.ones(c), np.zeros(c, bool), np.zeros(c, bool)
+    status = settle_velocities(bodies, contacts, c, equal, np.zeros(c), v, R, L, w, impulse, certificate)
+    assert status == BLOCKED
+    np.testing.assert_array_equal(impulse, np.zeros(c))
 
 
 def test_jam_of_discs_closes_its_books(rng):

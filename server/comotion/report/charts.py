@@ -2,10 +2,12 @@
 
 from math import isfinite
 from pathlib import Path
+from textwrap import fill
 
 from comotion.report.findings import Chart
 
 MARKS = ("o-", "s--", "^--", "v--", "D--", "P--", "X--", "*--")
+TITLE_WIDTH = 80  # characters
 LOWEST = 1e-17  # an error of zero is drawn here
 
 
@@ -31,7 +33,7 @@ def draw(chart: Chart, folder: Path) -> list[Path]:
                 axes.annotate(point.label, (point.x, y), xytext=(3, 3), textcoords="offset points", fontsize=7)
         if chart.floor is not None:
             axes.axhline(chart.floor, color="grey", linestyle=":", label="rounding")
-        axes.set_title(chart.title)
+        axes.set_title(fill(chart.title, TITLE_WIDTH))
         axes.set_xlabel(chart.x_label)
         axes.set_ylabel(chart.y_label)
         axes.grid(alpha=0.3)

@@ -249,6 +249,6 @@ class Dart:
         aspect.setRestitutionCoeff(restitution)
 
 
-ALL = (Comotion, MuJoCo, Bullet, Dart)
-LIBRARIES = {party.__name__: party.library for party in ALL}
-PARTIES = {party.__name__: party for party in ALL if find_spec(party.library)}
+ALL: dict[str, Any] = {"comotion": Comotion, "MuJoCo": MuJoCo, "Bullet": Bullet, "DART": Dart}
+LIBRARIES = {name: party.library for name, party in ALL.items()}
+PARTIES = {name: party for name, party in ALL.items() if find_spec(party.library)}

@@ -44,7 +44,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
         curves = []
         for party in PARTIES:
             curve = Curve(party, "dt [s]")
-            steps = COUPLING_STEPS if party == "Comotion" else STEPS
+            steps = COUPLING_STEPS if party == "comotion" else STEPS
             for dt in steps[1:2] if quick else steps:
                 say(f"{name}, {party}, {dt:g} s")
                 wall, error, simulated = run(case, PARTIES[party](case, dt), dt, 2.0 if quick else PATIENCE)
@@ -53,7 +53,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
                     found.notes.append(f"{name}, {party}, {dt:g} s: ended by patience at {simulated:.3g} s.")
             curves.append(curve)
         curves += published(name)
-        title = f"{name}: {(CASES[name].__doc__ or '').rstrip('.')}"
+        title = (CASES[name].__doc__ or "").rstrip(".")
         y_label = f"error: {case.error_name}"
         found.charts.append(Chart(f"engines-{name}", title, "wall seconds per simulated second", y_label, curves))
     missing = [library for party, library in LIBRARIES.items() if party not in PARTIES]
