@@ -173,13 +173,3 @@ def test_impossible_shapes_are_refused_by_name(shape, complaint, tmp_path):
     file.write_text(f'[scene]\nduration = 1.0\ndt = 0.1\n[[body]]\nname = "it"\nmass = 1.0\nshape = {shape}\n')
     with pytest.raises(SceneError, match=complaint):
         load_scene(file)
-
-
-def test_spheres_among_meshes_are_refused(tmp_path):
-    file = tmp_path / "scene.toml"
-    file.write_text(
-        '[scene]\nduration = 1.0\ndt = 0.1\n[[body]]\nname = "it"\nmass = 1.0\nshape = { sphere = { radius = 1.0 } }\n'
-        '[[body]]\nname = "box"\nmass = 1.0\nposition = [5.0, 0.0, 0.0]\nshape = { box = { size = [1.0, 1.0, 1.0] } }\n'
-    )
-    with pytest.raises(SceneError, match="not in one scene with a mesh"):
-        load_scene(file)
