@@ -28,3 +28,22 @@ def by_shapes(flat, smooth, mixed):
 
     overload(chosen, strict=False, jit_options=OPTIONS | {"_nrt": False})(choose)
     return chosen
+
+
+def by_cylinders(without, beside):
+    """A kernel with `solids` first: one of these two, by whether the scene has cylinders."""
+
+    def chosen(solids, *rest):
+        return (without if solids.has_cylinders is None else beside)(solids, *rest)
+
+    def choose(solids, *_):
+        lacks = isinstance(solids[solids.fields.index("has_cylinders")], types.NoneType)
+        kernel = without if lacks else beside
+
+        def call(solids, *rest):
+            return kernel(solids, *rest)
+
+        return call
+
+    overload(chosen, strict=False, jit_options=OPTIONS | {"_nrt": False})(choose)
+    return chosen

@@ -20,6 +20,7 @@ BALL_CORNER = 9  # a ball on a corner; features: which ball, vertex
 LINE_EDGE = 10  # the middle line of a capsule over an edge; features: -1, both vertices, both triangles
 LINE_CORNER = 11  # the same over a corner; features: -1, vertex
 CORES = 12  # two round bodies; features: of a and of b, which ball, or -1 where its middle line is met between its ends
+PARTS = 13  # beside a cylinder; features: part of a and its number (`body_parts`), the same of b, which crossing
 
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 

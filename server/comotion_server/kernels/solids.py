@@ -49,3 +49,4 @@ class Solids(NamedTuple):
     size: np.ndarray  # (n,4) lengths of a curved shape [m]
     axis: np.ndarray  # (n,3) of a capsule, cylinder or pipe: unit, body frame
     core: np.ndarray | None = None  # (n,) radius about the centre of what a round shape is without its own radius [m]
+    has_cylinders: np.ndarray | None = None  # (1,) true; None: no body is one
