@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from comotion_server.scene import Body, Capsule, Free, Sphere
+from comotion_server.scene import Body, Capsule, Cylinder, Free, Sphere
 
 
 def round_body(name, shape, mass, motion=None, **state):
@@ -17,3 +17,7 @@ def sphere(name="ball", radius=0.1, mass=1.0, motion=None, **state):
 
 def capsule(name="capsule", radius=0.1, length=1.0, mass=2.0, axis=0, motion=None, **state):
     return round_body(name, Capsule(radius, length, axis), mass, motion, **state)
+
+
+def cylinder(name="cylinder", radius=0.1, length=1.0, mass=2.0, axis=2, motion=None, **state):
+    return round_body(name, Cylinder(radius, length, axis), mass, motion, **state)

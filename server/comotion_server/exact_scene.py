@@ -11,9 +11,9 @@ from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
 from comotion_server.kernels.mesh_arrays import MeshArrays
 from comotion_server.kernels.pair_window import new_work
-from comotion_server.kernels.solids import CAPSULE, MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
+from comotion_server.kernels.solids import CAPSULE, CYLINDER, MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
 from comotion_server.meshes import TriangleMesh, box
-from comotion_server.scene import Capsule, Curved, Pipe, Plane, Sphere
+from comotion_server.scene import Capsule, Curved, Cylinder, Pipe, Plane, Sphere
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
 
@@ -34,9 +34,9 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
     count = len(shapes)
     meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
     curved = [shape for shape in shapes if isinstance(shape, Curved)]
-    by_steps = bool(meshes) or any(isinstance(shape, Capsule) for shape in curved)
+    by_steps = bool(meshes) or any(isinstance(shape, Capsule | Cylinder) for shape in curved)
     if by_steps and any(isinstance(shape, Pipe) for shape in curved):
-        raise TypeError("pipes meet neither meshes nor capsules in this version")
+        raise TypeError("pipes meet neither meshes, capsules nor cylinders in this version")
     mixed = by_steps and bool(curved)
     stored = meshes or ([box([1.0, 1.0, 1.0])] if mixed else [])  # a mixed scene is compiled for meshes
     arrays, numbers = _stored(stored) if stored else (None, iter(()))
@@ -55,13 +55,17 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             core[i] = 0.5 * shape.length
             kind[i], radius[i], size[i, :2] = CAPSULE, shape.radius + core[i], (shape.radius, core[i])
             axis[i, shape.axis] = 1.0
+        elif isinstance(shape, Cylinder) and core is not None:
+            kind[i], radius[i], core[i] = CYLINDER, shape.radius_about_centre, shape.radius_about_centre
+            size[i, :2], axis[i, shape.axis] = (shape.radius, 0.5 * shape.length), 1.0
         elif isinstance(shape, Pipe):
             half = 0.5 * shape.length
             kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
         else:
             raise TypeError(f"a {shape.kind} collides with nothing in this version")
-    return Solids(arrays, kind, number, normal, radius, near, size, axis, core)
+    cylinders = np.ones(1, dtype=bool) if (kind == CYLINDER).any() else None
+    return Solids(arrays, kind, number, normal, radius, near, size, axis, core, cylinders)
 
 
 def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:

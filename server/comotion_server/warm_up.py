@@ -12,7 +12,7 @@ import numpy as np
 from comotion_server.meshes import TriangleMesh, box
 from comotion_server.plan import Plan
 from comotion_server.quaternions import quaternion_of, rotation_from_quaternion
-from comotion_server.scene import Body, Capsule, Fixed, Free, Plane, Scene, Sphere
+from comotion_server.scene import Body, Capsule, Cylinder, Fixed, Free, Plane, Scene, Sphere
 from comotion_server.simulation import Simulation
 
 STEP = 0.01  # [s]
@@ -26,7 +26,7 @@ TILT = quaternion_of(np.array([0.5, 0.3, 0.0]))  # the cube comes corner first: 
 
 def warm_up(scene: Scene) -> None:
     """Compiles the kernels that `scene` can need; the scene itself is not touched."""
-    kinds = TriangleMesh | Capsule if Plan(scene).keeps("collisions") else TriangleMesh
+    kinds = TriangleMesh | Capsule | Cylinder if Plan(scene).keeps("collisions") else TriangleMesh
     if any(isinstance(body.shape, kinds) for body in scene.bodies):
         _meet_cubes(scene)
     else:
@@ -62,7 +62,9 @@ def _meet_cubes(scene: Scene) -> None:
             beside = np.array([0.3, 0.2, 0.5])
             bodies[0] = replace(bodies[0], position=at + 2.0 * beside * np.array([0.0, 0.0, 1.0]))
             bodies.append(Body("seat", "seat", Free(), 1.0, inertia, shape, position=beside))
-            if any(isinstance(body.shape, Sphere | Capsule) for body in scene.bodies):  # other code than without
+            if any(isinstance(body.shape, Cylinder) for body in scene.bodies):  # other code than without
+                bodies.append(Body("tin", "tin", Free(), 1.0, inertia, Cylinder(0.5, 1.0), APART))
+            elif any(isinstance(body.shape, Sphere | Capsule) for body in scene.bodies):  # likewise
                 bodies.append(Body("ball", "ball", Free(), 1.0, inertia, Sphere(0.5), position=APART))
         else:
             collisions = replace(collisions, rule="paper-advance", substeps=1)

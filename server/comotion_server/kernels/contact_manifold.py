@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.by_shapes import by_shapes
+from comotion_server.kernels.by_shapes import by_cylinders, by_shapes
 from comotion_server.kernels.contact_hull import PatchPoints, hull, lower_points, new_points, view_along
 from comotion_server.kernels.contact_normals import (
     FULL,
@@ -22,6 +22,8 @@ from comotion_server.kernels.contact_patch import Rules, patch_points
 from comotion_server.kernels.contact_plane import add_corners, lowest_corner
 from comotion_server.kernels.contacts import FEATURES
 from comotion_server.kernels.core_contact import are_cores, core_manifold
+from comotion_server.kernels.cylinder_contact import cylinder_manifold, has_cylinder
+from comotion_server.kernels.cylinder_on_mesh import mesh_and_cylinder
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import surface_of
 from comotion_server.kernels.mesh_pair import closest_points, work_space
@@ -29,7 +31,7 @@ from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.round_contact import round_manifold
 from comotion_server.kernels.smooth_contact import smooth_manifold
 from comotion_server.kernels.solid_impact import are_flat, round_gap
-from comotion_server.kernels.solids import PLANE
+from comotion_server.kernels.solids import MESH, PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, dot, rotated, rotated_back, row, scaled, sub
@@ -180,11 +182,24 @@ def _no_manifold(*_):
     return 0
 
 
+@lean_jit
+def _cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+    """`manifold` of a cylinder and anything."""
+    if solids.kind[a] == MESH or solids.kind[b] == MESH:
+        return mesh_and_cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+    return cylinder_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+
+
+_beside_cylinder = by_cylinders(_no_manifold, _cylinder)
+
+
 @jit
 def _mixed_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work):
     """`manifold` of any that are not smooth."""
     if are_flat(solids, a, b):
         return _flat_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+    if has_cylinder(solids, a, b):
+        return _beside_cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, work)
     if are_cores(solids, a, b):
         return core_manifold(solids, a, b, x, R, reach, angle, level, contacts, first)
     return round_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)

@@ -11,7 +11,7 @@ comes from the edges' turning, or from the points' own motion, where these make 
 from math import inf
 from typing import NamedTuple
 
-from comotion_server.kernels.by_shapes import by_shapes
+from comotion_server.kernels.by_shapes import by_cylinders, by_shapes
 from comotion_server.kernels.contact_manifold import ON_FEATURE, smaller_size
 from comotion_server.kernels.contact_overlap import crossing, foot
 from comotion_server.kernels.contacts import (
@@ -21,10 +21,12 @@ from comotion_server.kernels.contacts import (
     CROSSING_A,
     EDGES,
     FACE_CORNER,
+    PARTS,
     POINTS,
     SMOOTH,
 )
 from comotion_server.kernels.core_contact import refresh_cores
+from comotion_server.kernels.cylinder_contact import refresh_parts
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
 from comotion_server.kernels.round_contact import refresh_round
@@ -204,9 +206,14 @@ def _refresh_none(*_):
     return inf, 0.0, 0.0
 
 
+_refresh_parts = by_cylinders(_refresh_none, refresh_parts)
+
+
 @lean_jit
 def _refresh_mixed(solids, contacts, i, x, v, R, w):
     """`refresh` of any row that is not smooth."""
+    if contacts.kind[i] == PARTS:
+        return _refresh_parts(solids, contacts, i, x, v, R, w)
     if contacts.kind[i] == CORES:
         return refresh_cores(solids, contacts, i, x, v, R, w)
     if contacts.kind[i] >= BALL_FACE:

@@ -218,7 +218,7 @@ def _with_piece(step, course, n, gap, foot, slack, other, piece, rim, endless, t
     which the middle line of a capsule passes by at a distance above `rim`; endless: 1: a plane.
     """
     slope, extent = _slope(course, n), length(course.centre) + course.arm + course.size[RADIUS]
-    opening = slope if endless == 1 or course.kind != CAPSULE else _opening(course, n, foot, gap)
+    opening = slope if endless == 1 or course.kind == SPHERE else _opening(course, n, foot, gap)
     down, time = come_down(gap, target, extent), 0.0
     if gap > 0.0:
         time = _time_along(course, n, gap, slope, down, target, step.time)
@@ -290,7 +290,7 @@ def _shape_step(solids, frame, course, target, still, identity):
     step = Step(course.horizon, inf, 0.0, ZERO, ZERO, 0)
     half, rim, endless = ZERO, _rim(course), 1 if solids.kind[frame] == PLANE else 0
     if endless == 0:
-        half, rim = scaled(axis_of(solids, frame), solids.core[frame]), rim + solids.size[frame, RADIUS]
+        half, rim = scaled(axis_of(solids, frame), solids.size[frame, HALF_LENGTH]), rim + solids.size[frame, RADIUS]
     end = scaled(half, -1.0)
     return _with_piece(step, course, n, gap, p, 0.0, n, (half, end, half), rim, endless, target, still)
 

@@ -159,15 +159,11 @@ def _check_materials(raw: dict[str, Any], problems: Problems) -> None:
 
 def _check_shapes(made: list[MadeBody], problems: Problems) -> None:
     """What shapes of a scene do not go together in this version."""
-    lonely = {item.keys for item in made if isinstance(item.body.shape, Cylinder)}
-    for keys in lonely if len(made) > 1 else ():
-        problems.add(
-            (*keys, "shape", "cylinder"), "meets no other body in this version; expected it to be alone in its scene"
-        )
     pipes = [item for item in made if isinstance(item.body.shape, Pipe)]
     meshes = [item for item in made if not isinstance(item.body.shape, Curved | Plane)]
     capsules = [item for item in made if isinstance(item.body.shape, Capsule)]
-    for kind, others in (("mesh", meshes), ("capsule", capsules)):
+    cylinders = [item for item in made if isinstance(item.body.shape, Cylinder)]
+    for kind, others in (("mesh", meshes), ("capsule", capsules), ("cylinder", cylinders)):
         if pipes and others:
             problems.add(
                 (*pipes[0].keys, "shape"), f'not in one scene with a {kind}, as body "{others[0].body.name}" has'
@@ -185,7 +181,7 @@ def _check_collisions(raw: dict[str, Any], problems: Problems) -> None:
     if collisions.get("merge") is True or collisions.get("heal", "off") != "off":
         for kind in ("body", "array"):
             for index, table in _tables(raw, kind):
-                for name in ("sphere", "capsule"):
+                for name in ("sphere", "capsule", "cylinder"):
                     if isinstance(shape := table.get("shape"), dict) and name in shape:
                         problems.add((kind, index, "shape", name), "'merge' and 'heal' are for meshes alone")
     if (rule := collisions.get("rule")) in PAPER_RULES:
