@@ -1,8 +1,8 @@
 """Parts of bodies that touch cylinders, and where two of them are nearest (docs/shapes.md, 5).
 
 A part is a face, circle, line or point, blown up by a radius: the side of a cylinder is its middle line with its
-radius, an edge is a line without. On a circle or line a point may move: T is the unit tangent there, K its rate of change along
-it. Points are from the centre of the row's first body, world.
+radius, an edge is a line without. On a circle or line a point may move: T is the unit tangent there, K its rate of
+change along it. Points are from the centre of the row's first body, world.
 """
 
 from math import cos, inf, pi, sin, sqrt
@@ -24,13 +24,13 @@ END = 5  # a face of a cylinder; number 0, or 1 for the one against its axis
 RIM = 6  # of such a face
 TIP = 7  # a point of a rim; number: of the face + 2 x its angle in parts of a turn
 
-POINT, LINE, CIRCLE, FACE = 0, 1, 2, 3  # what a part is
+POINT, LINE, CIRCLE, FACE = 0, 1, 2, 3  # ranks of parts
 AHEAD, BACK, BETWEEN, FREE = (
     0,
     1,
     2,
     3,
-)  # where circles meet: at a crossing; within both bodies' cones of normals, or not
+)  # where rims meet: a crossing; within both bodies' cones of normals, or not
 
 PARTS_OF_A_TURN = 2**40
 TRIES = 30

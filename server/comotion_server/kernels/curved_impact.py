@@ -10,15 +10,17 @@ Along a direction n that is fixed in the frame, the gap of two convex pieces is 
 sigma the support of the core, which is convex, so L is concave: where it is above a floor at 0 and at s, it is in
 between. A step lasts until the first triangle of the mesh (or the whole frame, where that is convex) could come down to
 the target by the best of these directions: that of the closest points, the triangle's normal, and those that turn with
-a capsule (`line_time`).
+a capsule or cylinder (`line_time`, `face_time`).
 """
 
 from math import inf
 from typing import NamedTuple
 
+from comotion_server.kernels.by_shapes import by_cylinders
 from comotion_server.kernels.curved_gap import curved_gap
 from comotion_server.kernels.curved_mesh_gap import box_bound, curved_mesh_gap
 from comotion_server.kernels.curved_triangles import triangle_gap
+from comotion_server.kernels.face_time import face_time, no_time
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.line_time import line_time as time_beside
 from comotion_server.kernels.mesh_pair import corners
@@ -26,7 +28,7 @@ from comotion_server.kernels.motion_bounds import relate, sphere_time, spins_ove
 from comotion_server.kernels.pair_impact import Touch, come_down
 from comotion_server.kernels.pair_window import QUERIES, STEPS
 from comotion_server.kernels.plane_impact import line_time
-from comotion_server.kernels.solids import CAPSULE, CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
+from comotion_server.kernels.solids import CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
 from comotion_server.kernels.time_of_impact import (
     LATER,
     MEETS,
@@ -210,12 +212,15 @@ def _opening(course, n, foot, gap):
     return dot(n, add(course.velocity, cross(course.turn, arm)))
 
 
+_face_time = by_cylinders(no_time, face_time)
+
+
 @lean_jit
-def _with_piece(step, course, n, gap, foot, slack, other, piece, rim, endless, target, still):
+def _with_piece(solids, step, course, n, gap, foot, slack, other, piece, rim, endless, target, still):
     """The `Step` that one more convex piece leaves.
 
     n, gap, foot: of its closest points; other: one more direction, with the gap `slack` along it; piece: its corners,
-    which the middle line of a capsule passes by at a distance above `rim`; endless: 1: a plane.
+    which the middle line of a capsule or cylinder passes by at a distance above `rim`; endless: 1: a plane.
     """
     slope, extent = _slope(course, n), length(course.centre) + course.arm + course.size[RADIUS]
     opening = slope if endless == 1 or course.kind == SPHERE else _opening(course, n, foot, gap)
@@ -224,9 +229,12 @@ def _with_piece(step, course, n, gap, foot, slack, other, piece, rim, endless, t
         time = _time_along(course, n, gap, slope, down, target, step.time)
         if time < step.time and slack > WORTH * target:
             time = max(time, _time_along(course, other, slack, _slope(course, other), down, target, step.time))
-        if time < step.time and endless == 0 and course.kind == CAPSULE:
+        if time < step.time and endless == 0 and course.kind != SPHERE:
             p, q, r = piece
             time = max(time, time_beside(course, p, q, r, rim, down, target, step.time))
+            if time < step.time:
+                around = rim - course.size[RADIUS]
+                time = max(time, _face_time(solids, course, n, p, q, r, around, down, target, step.time))
     met = 1 if -opening > still and down else 0
     time = min(time, step.time)
     if met > step.met or (met == step.met and gap < step.gap):
@@ -235,8 +243,9 @@ def _with_piece(step, course, n, gap, foot, slack, other, piece, rim, endless, t
 
 
 @lean_jit
-def _with_triangle(step, m, t, course, target, still):
+def _with_triangle(solids, step, t, course, target, still):
     """The same for a triangle of a mesh."""
+    m = solids.meshes
     p, q, r = corners(m, t)
     c, N = course.centre, row(m.normals, t)
     gap, P, n = triangle_gap(course.kind, course.size, course.axis, sub(p, c), sub(q, c), sub(r, c))
@@ -244,15 +253,16 @@ def _with_triangle(step, m, t, course, target, still):
     if height < 0.0:
         N, height = scaled(N, -1.0), -height
     slack = height - _support(course, N) - _rim(course)
-    piece, rim = (p, q, r), _rim(course)
-    return _with_piece(step, course, scaled(n, -1.0), gap, add(c, P), slack, N, piece, rim, 0, target, still)
+    piece, rim = (p, q, r), course.size[RADIUS]
+    return _with_piece(solids, step, course, scaled(n, -1.0), gap, add(c, P), slack, N, piece, rim, 0, target, still)
 
 
 @lean_jit
-def _mesh_step(m, shape, course, target, tolerance, still, nodes):
+def _mesh_step(solids, frame, course, target, tolerance, still, nodes):
     """`Step` from a whole mesh."""
     step = Step(course.horizon, inf, 0.0, ZERO, ZERO, 0)
-    nodes[0, 0] = m.root[shape]
+    m = solids.meshes
+    nodes[0, 0] = m.root[solids.shape[frame]]
     top = 1
     while top > 0:
         top -= 1
@@ -263,7 +273,7 @@ def _mesh_step(m, shape, course, target, tolerance, still, nodes):
         child = m.child[node]
         if child < 0:
             for k in range(m.first[node], m.first[node] + m.entries[node]):
-                step = _with_triangle(step, m, m.leaf_triangles[k], course, target, still)
+                step = _with_triangle(solids, step, m.leaf_triangles[k], course, target, still)
             continue
         one = box_bound(m, child, course.kind, course.size, course.axis, course.centre)
         other = box_bound(m, child + 1, course.kind, course.size, course.axis, course.centre)
@@ -288,11 +298,11 @@ def _shape_step(solids, frame, course, target, still, identity):
         identity,
     )
     step = Step(course.horizon, inf, 0.0, ZERO, ZERO, 0)
-    half, rim, endless = ZERO, _rim(course), 1 if solids.kind[frame] == PLANE else 0
+    half, rim, endless = ZERO, course.size[RADIUS], 1 if solids.kind[frame] == PLANE else 0
     if endless == 0:
         half, rim = scaled(axis_of(solids, frame), solids.size[frame, HALF_LENGTH]), rim + solids.size[frame, RADIUS]
     end = scaled(half, -1.0)
-    return _with_piece(step, course, n, gap, p, 0.0, n, (half, end, half), rim, endless, target, still)
+    return _with_piece(solids, step, course, n, gap, p, 0.0, n, (half, end, half), rim, endless, target, still)
 
 
 @lean_jit
@@ -369,7 +379,7 @@ def advance_curved(
         still = length(row(states[1], 0)) + length(row(states[1], 1)) + spins[1].rate * solids.radius[i]
         still = STILL * (still + spins[0].rate * (length(course.centre) + solids.radius[i]))
         if solids.kind[frame] == MESH:
-            step = _mesh_step(solids.meshes, solids.shape[frame], course, memory[TARGET], tolerance, still, work.nodes)
+            step = _mesh_step(solids, frame, course, memory[TARGET], tolerance, still, work.nodes)
         else:
             step = _shape_step(solids, frame, course, memory[TARGET], still, identity)
         if not step.gap > 0.0:

@@ -1,8 +1,8 @@
 """Rows of contact between a cylinder and any body that is no mesh, and the motion of all rows of cylinders.
 
 Along the normal of the nearest points each body shows a part (docs/shapes.md, 5): a cylinder a face, its side or a
-point of a rim, a capsule its middle line or a ball. Rows are the corners of what two such parts share; where a face lies
-flat, points of its rim stand for it. D: centre of b from that of a, world.
+point of a rim, a capsule its middle line or a ball. Rows are the corners of what two such parts share; where a face
+lies flat, points of its rim stand for it. D: centre of b from that of a, world.
 """
 
 from math import atan2, inf, pi
