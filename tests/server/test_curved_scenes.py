@@ -130,11 +130,11 @@ def test_a_large_sphere_beside_a_pipe_is_none_of_its_business(written):
     assert len(load_scene(written(body(PIPE, FIXED, "p") + body("sphere = { radius = 0.45 }", rest))).bodies) == 2
 
 
-ROUND = ["sphere = { radius = 0.5 }", "capsule = { radius = 0.5, length = 1 }", "cylinder = { radius = 0.5, length = 1 }"]
+LONG = ["capsule = { radius = 0.5, length = 1 }", "cylinder = { radius = 0.5, length = 1 }"]
 
 
-@pytest.mark.parametrize("shape", ROUND)
-@pytest.mark.parametrize("other", ["box = { size = [1, 1, 1] }", *ROUND[1:]])
+@pytest.mark.parametrize("shape", ["sphere = { radius = 0.5 }", *LONG])
+@pytest.mark.parametrize("other", ["box = { size = [1, 1, 1] }", *LONG])
 def test_what_meets(written, shape, other):
     assert len(load_scene(written(body(shape) + body(other, "mass = 1\nposition = [9, 0, 0]", "b"))).bodies) == 2
 

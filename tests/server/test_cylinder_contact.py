@@ -69,20 +69,22 @@ def plane_gap(point, flight, body_point, normal):
     return height
 
 
+def newton_step(f, at, h=1e-3):
+    """From `at` (k,) towards a stationary point of f, by differences."""
+    eye = np.eye(len(at)) * h
+    slope = [(8 * (f(at + e) - f(at - e)) - (f(at + 2 * e) - f(at - 2 * e))) / (12 * h) for e in eye]
+    curve = [[(f(at + e + g) - f(at + e - g) - f(at - e + g) + f(at - e - g)) / (4 * h * h) for g in eye] for e in eye]
+    return -np.linalg.solve(curve, slope)
+
+
 def stationary(distance, start):
-    """The distance at its stationary point near `start` (k,), a function of time, by Newton's method with differences."""
+    """The distance at its stationary point near `start` (k,), a function of time."""
 
     def value(t):
-        at, h = np.array(start, dtype=float), 1e-3
-        k, eye = len(at), np.eye(len(at)) * h
-        for _ in range(60):
-            f = lambda *d: distance(t, at + sum(d, np.zeros(k)))
-            slope = np.array([(8 * (f(e) - f(-e)) - (f(2 * e) - f(-2 * e))) / (12 * h) for e in eye])
-            curve = np.array([[(f(e, g) - f(e, -g) - f(-e, g) + f(-e, -g)) / (4 * h * h) for g in eye] for e in eye])
-            step = np.linalg.solve(curve, slope)
-            at = at - step
-            if np.abs(step).max() < 1e-9:
-                break
+        at, step = np.array(start, dtype=float), np.ones(1)
+        while np.abs(step).max() > 1e-9:
+            step = newton_step(lambda point: distance(t, point), at)
+            at = at + step
         return distance(t, at)
 
     return value
@@ -92,7 +94,7 @@ def lowest(point, flight, normal):
     """Least height of a rim over a plane, from three of its points: the heights of a circle are c + A sin."""
 
     def height(t):
-        h = [plane_gap(lambda s, a=a: point(s, a), flight, np.zeros(3), normal)(t) for a in (0, np.pi / 2, np.pi)]
+        h = [plane_gap(at_angle(point, a), flight, np.zeros(3), normal)(t) for a in (0, np.pi / 2, np.pi)]
         middle = 0.5 * (h[0] + h[2])
         return middle - np.hypot(h[0] - middle, h[1] - middle)
 
@@ -140,9 +142,13 @@ def test_on_a_plane(part, swapped, rng):
         if part == RIM:
             distance = lowest(rim(body, end), plane, NORMAL)
         else:
-            turned = tip_angle(angle)
-            distance = plane_gap(lambda t: rim(body, end)(t, turned), plane, np.zeros(3), NORMAL)
+            distance = plane_gap(at_angle(rim(body, end), tip_angle(angle)), plane, np.zeros(3), NORMAL)
         check(solids, contacts, flights, distance)
+
+
+def at_angle(curve, angle):
+    """A point of a curve as a function of time."""
+    return lambda t: curve(t, angle)
 
 
 def tip_angle(number):
@@ -237,10 +243,20 @@ def test_rim_and_line(line, swapped, rng):
 def test_rim_and_rim(rng):
     solids, contacts, seen = solids_of(CYLINDER, CYLINDER), new_contacts(1), set()
     for which in (AHEAD, BACK, BETWEEN) * 40:
-        set_row(contacts, False, (RIM, 0), (RIM, 1), which)
-        if check_curves(solids, contacts, at_random(rng), False, lambda flight: rim(flight, 1), 0.0, rng):
+        set_row(contacts, 0, (RIM, 0), (RIM, 1), which)
+        if check_curves(solids, contacts, at_random(rng), 0, lambda flight: rim(flight, 1), 0.0, rng):
             seen.add(which)
     assert len(seen) == 3
+
+
+def corner(solids, flight, v):
+    """A vertex of a mesh as a function of time."""
+    return lambda t: flight.point(solids.meshes.vertices[v], t)
+
+
+def lines_gap(p, q, c, d):
+    """Distance of two moving lines."""
+    return lambda t: abs(unit(np.cross(q(t) - p(t), d(t) - c(t))) @ (c(t) - p(t)))
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -252,14 +268,11 @@ def test_the_side(part, swapped, rng):
         flights = at_random(rng)
         body, other = flights[::-1] if swapped else flights
         set_row(contacts, swapped, (MIDDLE, 0), (part, 0))
-        m = solids.meshes
-        corner = lambda v: lambda t: other.point(m.vertices[v], t)
+        ends = [corner(solids, other, v) for v in solids.meshes.triangles[0, :2]]
         if part == CORNER:
-            distance = line_gap(corner(0), *axis_points(body))
+            distance = line_gap(corner(solids, other, 0), *axis_points(body))
         else:
-            c, d = axis_points(other) if part == MIDDLE else (corner(m.triangles[0, 0]), corner(m.triangles[0, 1]))
-            p, q = axis_points(body)
-            distance = lambda t: abs(unit(np.cross(q(t) - p(t), d(t) - c(t))) @ (c(t) - p(t)))
+            distance = lines_gap(*axis_points(body), *(axis_points(other) if part == MIDDLE else ends))
         if distance(0.0) > 0.3:
             seen += check(solids, contacts, flights, distance, 2.0 * R if part == MIDDLE else R)
     assert seen > 15
@@ -273,5 +286,4 @@ def test_a_corner_on_a_face(swapped, rng):
         flights = at_random(rng)
         body, other = flights[::-1] if swapped else flights
         set_row(contacts, swapped, (END, 1), (CORNER, v))
-        corner = lambda t: other.point(solids.meshes.vertices[v], t)
-        check(solids, contacts, flights, plane_gap(corner, body, HALF * up, up))
+        check(solids, contacts, flights, plane_gap(corner(solids, other, v), body, HALF * up, up))
