@@ -1,8 +1,10 @@
 """Cylinders on planes, meshes, balls, capsules and each other, against formulas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from played import angular_momentum, energy, hits, momentum, play, row_of
+from played import angular_momentum, energy, momentum, play, row_of
 from round_bodies import capsule, cylinder, sphere
 from scenes_by_hand import fixed_box, free_box, plane, scene_of, solid
 
@@ -37,7 +39,8 @@ def test_44_bounces(floor, axis):
     sim = Simulation(
         scene_of(cylinder(axis=axis, position=(0.1, 0.2, 1 + low)), FLOORS[floor], gravity=(0, 0, -G), restitution=e)
     )
-    found = hits(play(sim, 8.5, 0.05))
+    times = np.array(sorted(impact.time for impact in play(sim, 8.5, 0.05)))
+    found = times[np.diff(times, prepend=0.0) > 1e-6]  # all rows of a face, which have rounding between them
     expected = np.sqrt(2.0 / G) * (1.0 + 2.0 * np.cumsum([0.0, *e ** np.arange(1, 44)]))
     np.testing.assert_allclose(found[:40], expected[:40], atol=1e-7)
     play(sim, 0.2, 0.05)
@@ -92,7 +95,13 @@ CASES = {  # lower body, upper one, time and normal where they are plain
         0.6 - np.sqrt(0.0875),
         None,
     ),
-    "capsule on face": (cylinder("low", **DISC), capsule("high", position=(0.1, 0, 1.0), **TILT), None, (0, 0, 1)),
+    "capsule on face": (
+        cylinder("low", **DISC),
+        capsule("high", position=(0.1, 0, 1.0), **turned(0, 1.2, 0)),
+        None,
+        (0, 0, 1),
+    ),
+    "capsule on rim": (cylinder("low", **DISC), capsule("high", position=(0.1, 0, 1.0), **TILT), None, None),
     "capsule across": (cylinder("low", axis=0), capsule("high", axis=1, position=(0.2, 0.1, 0.5)), 0.3, (0, 0, 1)),
     "sides across": (cylinder("low", axis=0), cylinder("high", axis=1, position=(0.2, 0.1, 0.5)), 0.3, (0, 0, 1)),
     "rim on face": (cylinder("low", **DISC), cylinder("high", position=(0.1, 0.05, 0.9), **TILT), None, (0, 0, 1)),
@@ -125,10 +134,10 @@ CASES = {  # lower body, upper one, time and normal where they are plain
 def test_one_point(case):
     """The impulse is that of a point, nothing is lost but energy, and names change nothing."""
     low, high, time, normal = CASES[case]
-    high.velocity[2] = -1.0
+    high = replace(high, velocity=np.array(DOWN["velocity"]))
     found = []
     for names in (("low", "high"), ("y", "x")):
-        bodies = [replaced(body, name) for body, name in zip((low, high), names, strict=True)]
+        bodies = [replace(body, name=name, region=name) for body, name in zip((low, high), names, strict=True)]
         sim = Simulation(scene_of(*bodies, restitution=0.5))
         before, turning = momentum(sim), angular_momentum(sim)
         (impact,) = first_impacts(sim)
@@ -142,12 +151,6 @@ def test_one_point(case):
             np.testing.assert_allclose(sign * impact.normal, normal, atol=CLOSE)
         found.append(np.array([impact.time, impact.impulse, *impact.point, *(sign * impact.normal)]))
     np.testing.assert_allclose(found[0], found[1], atol=CLOSE)
-
-
-def replaced(body, name):
-    return type(body)(
-        name, name, body.motion, body.mass, body.inertia, body.shape, body.position, body.quaternion, body.velocity
-    )
 
 
 def first_impacts(sim):
