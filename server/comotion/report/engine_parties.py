@@ -24,6 +24,10 @@ CONTACT_STEPS = 10  # MuJoCo: steps that an elastic contact, a spring, lasts
 class Party(Protocol):
     """An engine with a case in it."""
 
+    library: str
+
+    def __init__(self, case: Case, dt: float) -> None: ...
+
     def advance(self, steps: int) -> None:
         """So many steps."""
 
@@ -273,6 +277,6 @@ class Dart:
         aspect.setRestitutionCoeff(restitution)
 
 
-ALL: dict[str, Any] = {"comotion": Comotion, "MuJoCo": MuJoCo, "Bullet": Bullet, "DART": Dart}
+ALL: dict[str, type[Party]] = {"comotion": Comotion, "MuJoCo": MuJoCo, "Bullet": Bullet, "DART": Dart}
 LIBRARIES = {name: party.library for name, party in ALL.items()}
 PARTIES = {name: party for name, party in ALL.items() if find_spec(party.library)}
