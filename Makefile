@@ -22,7 +22,7 @@ lint: $(VENV)/.dev           ## style, types, floors, spelling, dependencies
 bench: $(VENV)/.peers          ## figures that depend on the machine, each beside a peer or a limit; all run, then the verdict
 	@status=0; for name in round_trip geometry contact_times events spheres field engines; do $(BIN)/python benchmarks/$$name.py || status=1; done; exit $$status
 
-report: $(VENV)/.peers         ## error against run time beside other engines, extreme cases, what is left out; up to an hour
+report: $(VENV)/.peers         ## error against run time beside other engines, extreme cases, what is left out; some ten minutes
 	$(BIN)/comotion report --out docs/report
 
 docs: $(VENV)/.docs          ## the pages as a site in out/docs; warnings, and so broken links, are errors

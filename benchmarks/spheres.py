@@ -1,4 +1,4 @@
-"""Impacts per second of spheres: from 10 to 100 000 of them at one density, and in the published pipe.
+"""Impacts per second of spheres: from 10 to 100 000 of them at one density.
 
     python benchmarks/spheres.py [--impacts 20000] [--most 100000]
 

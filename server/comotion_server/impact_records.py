@@ -11,39 +11,37 @@ from comotion_server.touching import Pair, SoftImpact
 
 def impacts_of(log: ImpactLog, settings: Collisions, names: tuple[str, ...], start_time: float) -> list[Impact]:
     """The contact points of all impacts of a step that began at `start_time` [s]."""
-    impacts = []
+    count = log.total[ROWS]
+    if count == 0:
+        return []
+    points, normals, impulses = (rows[:count].copy() for rows in (log.point, log.normal, log.impulse))
+    along = np.einsum("ij,ij->i", impulses, normals)
     rubs = settings.friction > 0.0 or any(settings.material_frictions.values())
-    for i in range(log.total[ROWS]):
-        a, b = log.bodies[i].tolist()
-        normal, impulse = log.normal[i].copy(), log.impulse[i]
-        along = float(impulse @ normal)
-        impacts.append(
-            Impact(
-                start_time + float(log.contact_time[i]),
-                names[a],
-                names[b],
-                log.point[i].copy(),
-                normal,
-                along,
-                float(log.approach[i]),
-                float(log.restitution[i]),
-                settings.simultaneous,
-                impulse - along * normal if rubs else None,
-            )
+    return [
+        Impact(start_time + time, names[a], names[b], point, normal, size, approach, e, settings.simultaneous, slip)
+        for (a, b), time, point, normal, size, approach, e, slip in zip(
+            log.bodies[:count].tolist(),
+            log.contact_time[:count].tolist(),
+            points,
+            normals,
+            along.tolist(),
+            log.approach[:count].tolist(),
+            log.restitution[:count].tolist(),
+            impulses - along[:, None] * normals if rubs else [None] * count,
+            strict=True,
         )
-    return impacts
+    ]
 
 
 def totals_of(log: ImpactLog) -> dict[Pair, tuple[NDArray[np.float64], int]]:
     """Of each pair of bodies that had impacts: the sum of its impulses (3,) on b [N s], and how many impacts."""
-    found: dict[Pair, tuple[NDArray[np.float64], int]] = {}
-    last: dict[Pair, float] = {}
+    found: dict[Pair, tuple[float, float, float, int, float]] = {}
     count = log.total[ROWS]
-    for (a, b), time, impulse in zip(log.bodies[:count].tolist(), log.time[:count].tolist(), log.impulse, strict=False):
-        total, impacts = found.get((a, b), (np.zeros(3), 0))
-        found[a, b] = total + impulse, impacts + (last.get((a, b)) != time)
-        last[a, b] = time
-    return found
+    rows = zip(log.bodies[:count].tolist(), log.time[:count].tolist(), log.impulse[:count].tolist(), strict=True)
+    for (a, b), time, (px, py, pz) in rows:
+        x, y, z, impacts, last = found.get((a, b), (0.0, 0.0, 0.0, 0, None))
+        found[a, b] = x + px, y + py, z + pz, impacts + (last != time), time
+    return {pair: (np.array([x, y, z]), impacts) for pair, (x, y, z, impacts, _) in found.items()}
 
 
 def soft_impacts_of(soft: list[SoftImpact], names: tuple[str, ...], start_time: float) -> list[Impact]:

@@ -4,6 +4,11 @@ Each gets what suits it: spheres and boxes as such, no damping, and its own way 
 is not installed is left out (`pip install 'comotion[peers]'`).
 """
 
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from math import log, pi, sqrt
 from typing import Any, Protocol
@@ -18,6 +23,10 @@ CONTACT_STEPS = 10  # MuJoCo: steps that an elastic contact, a spring, lasts
 
 class Party(Protocol):
     """An engine with a case in it."""
+
+    library: str
+
+    def __init__(self, case: Case, dt: float) -> None: ...
 
     def advance(self, steps: int) -> None:
         """So many steps."""
@@ -131,6 +140,24 @@ def _mujoco_shape(size):
     return f'type="box" size="{_words(edge / 2 for edge in size)}"'
 
 
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Bullet greets on the standard output and error of the process, below Python: not here."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept, nowhere = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        yield
+        ctypes.CDLL(None).fflush(None)
+    finally:
+        os.dup2(kept[0], 1)
+        os.dup2(kept[1], 2)
+        for descriptor in (*kept, nowhere):
+            os.close(descriptor)
+
+
 class Bullet:
     """Sequential impulses.
 
@@ -141,10 +168,11 @@ class Bullet:
     library = "pybullet"
 
     def __init__(self, case: Case, dt: float) -> None:
-        import pybullet
-        from pybullet_utils.bullet_client import BulletClient
+        with _silence():
+            import pybullet
+            from pybullet_utils.bullet_client import BulletClient
 
-        self._b = b = BulletClient(pybullet.DIRECT)
+            self._b = b = BulletClient(pybullet.DIRECT)
         b.setGravity(0, 0, -G)
         push = {"erp": 0.0, "contactERP": 0.0, "contactBreakingThreshold": 1e-9} if case.restitution > 0.0 else {}
         b.setPhysicsEngineParameter(fixedTimeStep=dt, numSubSteps=0, restitutionVelocityThreshold=0.0, **push)
@@ -249,6 +277,6 @@ class Dart:
         aspect.setRestitutionCoeff(restitution)
 
 
-ALL: dict[str, Any] = {"comotion": Comotion, "MuJoCo": MuJoCo, "Bullet": Bullet, "DART": Dart}
+ALL: dict[str, type[Party]] = {"comotion": Comotion, "MuJoCo": MuJoCo, "Bullet": Bullet, "DART": Dart}
 LIBRARIES = {name: party.library for name, party in ALL.items()}
 PARTIES = {name: party for name, party in ALL.items() if find_spec(party.library)}

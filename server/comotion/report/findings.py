@@ -89,8 +89,3 @@ def _finite(value: Any) -> Any:
     if hasattr(value, "item"):
         value = value.item()
     return str(value) if isinstance(value, float) and not isfinite(value) else value
-
-
-def fitted_power(sizes: list[float], costs: list[float]) -> float | None:
-    """Exponent of cost against size."""
-    return Curve("", "", [Point(x, y, "") for x, y in zip(sizes, costs, strict=True)]).slope()

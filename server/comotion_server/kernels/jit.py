@@ -8,6 +8,8 @@ edit starts a fresh folder, and several processes may start at once.
 import hashlib
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numba
@@ -41,20 +43,26 @@ if LINKED:
     from comotion_server.kernels.linked import Entry
 
 
+@contextmanager
+def _in_cache_folder() -> Iterator[None]:
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(CACHE_FOLDER)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
 def jit(function, *, _nrt=True):
     """Compile on first use, in nopython mode, cached, without fast-math (bounds and distances need IEEE rules).
 
     Machine code is made only of kernels that Python calls (linked.py); another numba makes it of all of them.
     """
     options = OPTIONS | {"_nrt": _nrt}
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(CACHE_FOLDER)
-    try:
-        if LINKED:
-            return Entry(function, options | {"nopython": True, "boundscheck": None})
+    if LINKED:
+        return Entry(function, options | {"nopython": True, "boundscheck": None}, _in_cache_folder)
+    with _in_cache_folder():
         return numba.njit(cache=True, **options)(function)
-    finally:
-        config.CACHE_DIR = before
 
 
 def lean_jit(function):

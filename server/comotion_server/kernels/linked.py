@@ -7,7 +7,10 @@ Besides the documented `pipeline_class` this uses inner parts of numba: see `LIN
 itself: the machine code of a recursion is looked up in the execution engine.
 """
 
+from functools import cached_property
+
 from numba.core import types
+from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
@@ -42,13 +45,28 @@ class _Callee(CPUDispatcher):
 
 
 class Entry(CPUDispatcher):
-    """A kernel for Python to call, its machine code kept on disk; other kernels are given `callee` in its place."""
+    """A kernel for Python to call, its machine code kept on disk; other kernels are given `callee` in its place.
 
-    def __init__(self, py_func, options):
+    Most kernels are called by kernels alone, and once those are compiled by nobody: the file cache is looked up when
+    Python first calls, in the context `keeping`, and the second dispatcher made when a caller is compiled.
+    """
+
+    def __init__(self, py_func, options, keeping):
         super().__init__(py_func, targetoptions=options)
-        options = options | {"no_cpython_wrapper": True}
-        self.callee = _Callee(py_func, targetoptions=options, pipeline_class=_Lowering)
-        self.enable_caching()
+        self._keeping = keeping
+
+    def compile(self, sig):
+        """As numba's, from the file cache where it is there."""
+        if isinstance(self._cache, NullCache):
+            with self._keeping():
+                self.enable_caching()
+        return super().compile(sig)
+
+    @cached_property
+    def callee(self):
+        """What its name stands for in a kernel."""
+        options = self.targetoptions | {"no_cpython_wrapper": True}
+        return _Callee(self.py_func, targetoptions=options, pipeline_class=_Lowering)
 
     @property
     def _numba_type_(self):
