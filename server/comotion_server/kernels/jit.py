@@ -11,9 +11,9 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numba
-from numba import config
 
 
 def _sources_hash() -> str:
@@ -36,8 +36,9 @@ def _cache_folder() -> Path:
 
 CACHE_FOLDER = _cache_folder()
 OPTIONS = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+CONFIG: Any = numba.config  # numba fills it while it runs: no type knows its fields
 KNOWN = numba.__version__.startswith("0.68.")  # linked.py uses inner parts of numba
-LINKED = KNOWN and not config.DISABLE_JIT  # type: ignore[attr-defined]
+LINKED = KNOWN and not CONFIG.DISABLE_JIT
 
 if LINKED:
     from comotion_server.kernels.linked import Entry
@@ -45,12 +46,12 @@ if LINKED:
 
 @contextmanager
 def _in_cache_folder() -> Iterator[None]:
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(CACHE_FOLDER)
+    before = CONFIG.CACHE_DIR
+    CONFIG.CACHE_DIR = str(CACHE_FOLDER)
     try:
         yield
     finally:
-        config.CACHE_DIR = before
+        CONFIG.CACHE_DIR = before
 
 
 def jit(function, *, _nrt=True):
