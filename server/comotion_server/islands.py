@@ -25,7 +25,7 @@ from comotion_server.kernels.event_scene import BODIES, Queue, Rules, Scene
 from comotion_server.kernels.flight import fly_rows
 from comotion_server.kernels.held_flight import correct
 from comotion_server.resting import Resting
-from comotion_server.settling import bounce, close, put_back
+from comotion_server.settling import bounce, close, come_off, put_back
 from comotion_server.touching import Pair, RestRecord, Touching
 
 Array = NDArray[np.float64]
@@ -33,6 +33,7 @@ Rows = NDArray[np.int64]
 
 STRIDES = 5  # of time-stepping in a step; its error is of first order
 MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
+LARGE = 10  # bodies: islands of more may rest less often, so that the product stays
 MOST_AT_ONCE = 20  # of a body at one time, likewise
 PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
 
@@ -83,9 +84,10 @@ class Islands:
         No flight goes beyond `until` [s]. False where no motion satisfies the contacts of `blocked`: all these bodies
         are then on free flights.
         """
-        touching = self._gather(seeds, time)
-        plastic = self._is_spent(touching.members, time)
-        found = judge(self.resting, touching, time, plastic=plastic)
+        touching = self._gather(seeds, time, 0.0)
+        if self._is_spent(touching.members, time):
+            return self._stride_off(touching.members, time, until)
+        found = judge(self.resting, touching, time, plastic=False)
         for turn in range(PASSES):
             if found.hard.any():
                 possible = bounce(self.resting, touching, found)
@@ -95,7 +97,7 @@ class Islands:
                 break
             if not possible:
                 return False
-            found = judge(self.resting, touching, time, plastic=plastic or turn >= PASSES // 2)
+            found = judge(self.resting, touching, time, plastic=turn >= PASSES // 2)
         held = touching.of(found.inside)
         put_back(self.resting, touching, found, time)
         return self._take_off(held, found.force[found.inside], time, until)
@@ -103,10 +105,10 @@ class Islands:
     def _is_spent(self, members: Rows, time: float) -> bool:
         """Counts a rest of these bodies; whether they have come to rest too often to go on by flights in this step."""
         again = self._last[members] == time
-        self._work_done[members] += 1
+        self._work_done[members] += max(len(members), LARGE)
         self._at_once[members] = np.where(again, self._at_once[members] + 1, 0)
         self._last[members] = time
-        often = (self._work_done[members] > MOST_RESTS) | (self._at_once[members] > MOST_AT_ONCE)
+        often = (self._work_done[members] > MOST_RESTS * LARGE) | (self._at_once[members] > MOST_AT_ONCE)
         self._stepping[members] |= bool(often.any())
         return bool(self._stepping[members].any())
 
@@ -151,8 +153,8 @@ class Islands:
             self._complete(island, time)
         resting.begin(island.members, resting.acceleration, resting.torque, time)
 
-    def _gather(self, seeds: Rows, time: float) -> Touching:
-        """The contacts of `seeds` and all that they touch, islands that are met landed."""
+    def _gather(self, seeds: Rows, time: float, ahead: float) -> Touching:
+        """The contacts of `seeds` and all that they touch, or may within `ahead` [s]; islands that are met landed."""
         known: set[Pair] = set()
         met = [island for island in self.all if np.isin(island.members, seeds).any()]
         queue = self.resting.queue
@@ -161,12 +163,12 @@ class Islands:
                 self._land(island, time)
                 known.update(map(tuple, island.contacts.bodies.tolist()))
                 seeds = np.union1d(seeds, island.members)
-            gather_about(queue, self.resting.scene, seeds, time)
+            gather_about(queue, self.resting.scene, seeds, time, ahead)
             bodies = queue.cluster.bodies[: queue.cluster.size[BODIES]]
             met = [island for island in self.all if np.isin(island.members, bodies).any()]
             if not met:
                 break
-        return touching_among(self.resting, np.sort(bodies), known)
+        return touching_among(self.resting, np.sort(bodies), known, ahead)
 
     # the next flights
 
@@ -181,14 +183,27 @@ class Islands:
             rows = np.array([i for i in members.tolist() if of_body[i] == part])
             contacts = held.of(np.asarray(np.isin(held.contacts.bodies, rows).any(axis=1)))
             contacts.members = rows
-            steps = contacts.friction.any() or self._stepping[rows].any()
-            island = None if steps else fly(resting, contacts, time, until)
+            island = None if contacts.friction.any() else fly(resting, contacts, time, until)
             if island is None:
                 island = step(resting, contacts, time, min(until - time, self._stride))
             if island is None:
                 return False
             self._add(island, until)
         self._look_ahead(members, time)
+        return True
+
+    def _stride_off(self, seeds: Rows, time: float, until: float) -> bool:
+        """These go on by time-stepping, and all that they may come into contact with; whether that is possible."""
+        resting, h = self.resting, min(until - time, self._stride)
+        found = self._gather(seeds, time, h)
+        found = found.of(found.near | ~found.elastic)
+        come_off(resting, found, time)
+        island = step(resting, found, time, h)
+        if island is None:
+            return False
+        self._stepping[found.members] = True
+        self._add(island, until)
+        self._look_ahead(found.members, time)
         return True
 
     def _add(self, island: Island, until: float) -> None:

@@ -1,11 +1,16 @@
 """Which contacts of a cluster close, stay and part at the present velocities (docs/rest.md)."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.contacts import Contacts
+from comotion_server.kernels.contact_normals import FULL
+from comotion_server.kernels.contacts import Contacts, new_contacts
+from comotion_server.kernels.event_cluster import reaches
 from comotion_server.kernels.event_scene import DELTA, PAIRS
-from comotion_server.kernels.held_contacts import contacts_of_pairs, eases, opening_speeds
+from comotion_server.kernels.foreseen import foreseen
+from comotion_server.kernels.held_contacts import contacts_of_pairs, eases, gaps_at, opening_speeds
 from comotion_server.kernels.held_flight import evaluate, new_course
 from comotion_server.resting import Resting
 from comotion_server.touching import ROUNDING, Judgement, Pair, Touching
@@ -17,22 +22,46 @@ SLIGHT = 1e-6  # of the speed of a hop as high as delta: slower closing or openi
 EXCURSION = 4.0  # deltas: a contact that came back from no farther off does not bounce again
 
 
-def touching_among(rest: Resting, bodies: Rows, known: set[Pair]) -> Touching:
-    """All points within delta of the cluster that was gathered; `known` are the pairs that were held already."""
-    queue, scene, rules = rest.queue, rest.scene, rest.rules
+def touching_among(rest: Resting, bodies: Rows, known: set[Pair], ahead: float) -> Touching:
+    """All points of contact of the cluster that was gathered: within delta, and what may come so within `ahead` [s].
+
+    `known` are the pairs that were held already.
+    """
+    queue, scene = rest.queue, rest.scene
     cluster, pairs = queue.cluster, queue.pairs
     rows = cluster.pairs[: cluster.size[PAIRS]].copy()
-    reach = DELTA * pairs.tolerance[rows]
-    of, contacts = np.empty(len(cluster.pair), dtype=np.int64), cluster.contacts
+    reach = np.empty(len(rows))
+    reaches(queue, scene, ahead, reach)
     parts = (scene.solids, pairs.bodies[rows], scene.x, scene.R, reach, 0.0, reach)
-    count = contacts_of_pairs(*parts, contacts, of, queue.patch_work)
-    of = of[:count]
+    members = bodies[scene.bodies.reacts[bodies]]
+    return _found(rest, members, rows, known, lambda *room: contacts_of_pairs(*parts, *room, queue.patch_work))
+
+
+def coming_up(rest: Resting, touching: Touching, pairs: Rows, time: float, h: float) -> Touching:
+    """Contacts of some pairs that come up within `h` [s] of the bodies' flights, as they are at the beginning."""
+    queue, scene = rest.queue, rest.scene
+    parts = (scene.solids, scene.flights, scene.bodies, queue.pairs.bodies[pairs], DELTA * queue.pairs.tolerance[pairs])
+    witness, find = np.empty(2, dtype=np.int64), (time, h, rest.trial)
+    found = _found(
+        rest, touching.members, pairs, set(), lambda *room: foreseen(*parts, *find, *room, witness, queue.patch_work)
+    )
+    gaps_at(scene.solids, found.contacts, found.count, rest.state, np.empty(found.count))
+    return found.of(found.contacts.gap > 0.0)
+
+
+def _found(rest: Resting, members: Rows, pairs: Rows, known: set[Pair], find: Callable[..., int]) -> Touching:
+    """The contacts that `find` writes to room for them and for which of the `pairs` (p,) each is."""
+    rules, cluster = rest.rules, rest.queue.cluster
+    contacts, of = cluster.contacts, np.empty(len(cluster.pair), dtype=np.int64)
+    while (count := find(contacts, of)) == FULL:
+        contacts, of = new_contacts(2 * len(of)), np.empty(2 * len(of), dtype=np.int64)
+    rows = pairs[of[:count]]
     a, b = (rules.material[contacts.bodies[:count, side]] for side in (0, 1))
     return Touching(
-        bodies[scene.bodies.reacts[bodies]],
+        members,
         Contacts(*(column[:count].copy() for column in contacts)),
-        rows[of],
-        reach[of],
+        rows,
+        DELTA * rest.queue.pairs.tolerance[rows],
         rules.restitution[a, b] == 1.0,
         rules.friction[a, b],
         np.array([(i, j) in known for i, j in contacts.bodies[:count].tolist()], dtype=np.bool_),

@@ -7,7 +7,7 @@ from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_scene import CONTACTS, DELTA
 from comotion_server.kernels.flight import fly_rows
-from comotion_server.kernels.held_contacts import kinetic_energy, move
+from comotion_server.kernels.held_contacts import gaps_at, kinetic_energy, move
 from comotion_server.kernels.held_flight import correct
 from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
 from comotion_server.resting import Resting
@@ -76,6 +76,16 @@ def put_back(rest: Resting, touching: Touching, found: Judgement, time: float) -
     keeps = np.minimum(KEEP * delta - gap, 0.0)
     if not _shift(rest, touching, loaded, np.where(loaded, -off, keeps), time):
         _shift(rest, touching, np.zeros_like(loaded), np.where(near, -off, keeps), time)
+
+
+def come_off(rest: Resting, touching: Touching, time: float) -> None:
+    """Moves bodies so that contacts that are too near are in the middle of delta; no other comes nearer than that."""
+    off = touching.contacts.gap - 0.5 * touching.delta
+    near = off < -BAND * touching.delta
+    if near.any():
+        target = np.where(near, -off, np.minimum(-off, 0.0))
+        _shift(rest, touching, np.zeros_like(near), target, time)
+        gaps_at(rest.scene.solids, touching.contacts, touching.count, rest.state, np.empty(touching.count))
 
 
 def _shift(rest: Resting, touching: Touching, exactly: Mask, target: Array, time: float) -> bool:

@@ -39,6 +39,12 @@ class Touching:
         """All bodies that take part, ascending."""
         return np.union1d(self.members, self.contacts.bodies.ravel())
 
+    @property
+    def near(self) -> Mask:
+        """Which are within delta (c,); others may come so soon."""
+        within: Mask = self.contacts.gap <= self.delta
+        return within
+
     def of(self, rows: Mask) -> "Touching":
         """Some of the contacts."""
         contacts = Contacts(*(np.ascontiguousarray(column[rows]) for column in self.contacts))
@@ -50,6 +56,19 @@ class Touching:
             self.elastic[rows],
             self.friction[rows],
             self.known[rows],
+        )
+
+    def joined(self, other: "Touching") -> "Touching":
+        """These contacts, then others of the same members."""
+        columns = zip(self.contacts, other.contacts, strict=True)
+        return Touching(
+            self.members,
+            Contacts(*(np.concatenate(both) for both in columns)),
+            np.concatenate([self.pair, other.pair]),
+            np.concatenate([self.delta, other.delta]),
+            np.concatenate([self.elastic, other.elastic]),
+            np.concatenate([self.friction, other.friction]),
+            np.concatenate([self.known, other.known]),
         )
 
     def copy(self) -> Contacts:

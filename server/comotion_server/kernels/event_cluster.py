@@ -8,7 +8,7 @@ from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.pair_memory import partner
 from comotion_server.kernels.solid_impact import gap_within
 from comotion_server.kernels.solids import PLANE
-from comotion_server.kernels.vectors import dot, sub
+from comotion_server.kernels.vectors import dot, length, row, sub
 
 
 @lean_jit
@@ -40,15 +40,27 @@ def _include(queue, scene, i, time):
 
 
 @lean_jit
-def touches(queue, scene, k, i, j, time):
-    """Whether the bodies i, in the cluster already, and j of pair k touch at a time."""
-    pairs, delta = queue.pairs, DELTA * queue.pairs.tolerance[k]
-    if _spheres_apart(scene, i, j, time, delta):
+def reach_of(queue, scene, k, ahead):
+    """Up to which gap [m] the bodies of pair k, placed, count: DELTA tolerances, and what `ahead` [s] closes."""
+    reach = DELTA * queue.pairs.tolerance[k]
+    if ahead > 0.0:
+        for side in range(2):
+            i = queue.pairs.bodies[k, side]
+            spin = length(row(scene.w, i))
+            reach += ahead * (length(row(scene.v, i)) + (scene.solids.radius[i] * spin if spin > 0.0 else 0.0))
+    return reach
+
+
+@lean_jit
+def touches(queue, scene, k, i, j, time, ahead):
+    """Whether the bodies i, in the cluster already, and j of pair k touch at a time, or may so within `ahead` [s]."""
+    pairs = queue.pairs
+    if ahead == 0.0 and _spheres_apart(scene, i, j, time, DELTA * pairs.tolerance[k]):
         return False
     if queue.cluster.body_tick[j] != queue.cluster.tick[0]:
         place_body(scene, j, time)
-    a, b = pairs.bodies[k, 0], pairs.bodies[k, 1]
-    return gap_within(scene.solids, a, b, scene.x, scene.R, delta, pairs.memory[k], pairs.witness[k], queue.work)
+    a, b, reach = pairs.bodies[k, 0], pairs.bodies[k, 1], reach_of(queue, scene, k, ahead)
+    return gap_within(scene.solids, a, b, scene.x, scene.R, reach, pairs.memory[k], pairs.witness[k], queue.work)
 
 
 @lean_jit
@@ -59,7 +71,7 @@ def _begin(cluster):
 
 
 @lean_jit
-def _grow(queue, scene, time):
+def _grow(queue, scene, time, ahead):
     """Include all that touch the bodies of the cluster, and so on."""
     cluster, pairs = queue.cluster, queue.pairs
     tick, done = cluster.tick[0], 0
@@ -71,7 +83,7 @@ def _grow(queue, scene, time):
             k, j = link >> 1, partner(pairs, link)
             if cluster.pair_tick[k] != tick:
                 cluster.pair_tick[k] = tick
-                if touches(queue, scene, k, i, j, time):
+                if touches(queue, scene, k, i, j, time, ahead):
                     cluster.pairs[cluster.size[PAIRS]] = k
                     cluster.size[PAIRS] += 1
                     _include(queue, scene, j, time)
@@ -91,16 +103,23 @@ def gather(queue, scene, seed, time):
     cluster.pair_tick[seed] = cluster.tick[0]
     _include(queue, scene, pairs.bodies[seed, 0], time)
     _include(queue, scene, pairs.bodies[seed, 1], time)
-    _grow(queue, scene, time)
+    _grow(queue, scene, time, 0.0)
 
 
 @lean_jit
-def gather_about(queue, scene, seeds, time):
-    """The clusters of the bodies in `seeds` (k,), all as one, likewise."""
+def gather_about(queue, scene, seeds, time, ahead):
+    """The clusters of the bodies in `seeds` (k,), all as one, likewise; of bodies that may touch within `ahead` [s]."""
     _begin(queue.cluster)
     for i in seeds:
         _include(queue, scene, i, time)
-    _grow(queue, scene, time)
+    _grow(queue, scene, time, ahead)
+
+
+@lean_jit
+def reaches(queue, scene, ahead, reach):
+    """Up to which gap reach (p,) [m] the bodies of each pair of the cluster are in contact, as in `gather_about`."""
+    for p in range(queue.cluster.size[PAIRS]):
+        reach[p] = reach_of(queue, scene, queue.cluster.pairs[p], ahead)
 
 
 @jit

@@ -1,5 +1,7 @@
 """What is asked of the contacts of bodies that may come to rest: where they are, how fast they open, who gives way."""
 
+from math import inf
+
 from comotion_server.kernels.cluster_rows import cluster_of, rows_along
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.contact_motion import refresh
@@ -38,6 +40,15 @@ def opening_speeds(solids, contacts, count, state, speed, scale):
         scale[i] += length(row(w, a)) * length(row(contacts.arm_a, i)) + length(row(w, b)) * length(
             row(contacts.arm_b, i)
         )
+
+
+@lean_jit
+def gaps_at(solids, contacts, count, state, gap):
+    """Gaps (c,) [m] of contacts at other poses; inf where a point has left its face or edges. Moves the contacts."""
+    x, v, R, _, w = state
+    for i in range(count):
+        margin, _, _ = refresh(solids, contacts, i, x, v, R, w)
+        gap[i] = contacts.gap[i] if margin >= 0.0 else inf
 
 
 @jit
