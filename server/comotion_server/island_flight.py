@@ -89,23 +89,24 @@ def fly_again(rest: Resting, island: Island, time: float) -> None:
     scene.x[members], scene.R[members] = x, R
 
 
-def step(rest: Resting, touching: Touching, time: float, h: float) -> Island | None:
-    """An island on a step `h` [s] of first order at constant velocities: forces first, then contacts with e = 0.
+def stride(rest: Resting, touching: Touching, time: float, h: float) -> Island | None:
+    """`step` with an eye to contacts farther apart than delta: they may close within `h` [s], and no more.
 
-    (Moreau 1988; Jean 1999.) Contacts farther apart than delta may close by then, and no more: where not all can, the
-    step is shorter, in the end without them. None where no motion is possible: velocities are as before then.
+    Where not all of that can be, the step is shorter, in the end without them.
     """
-    if touching.near.all():
-        return _try_step(rest, touching, time, h)
     for turn in range(SHORTER):
-        island = _try_step(rest, touching, time, h * 0.25**turn)
+        island = step(rest, touching, time, h * 0.25**turn, ahead=True)
         if island is not None:
             return island
-    return _try_step(rest, touching.of(touching.near), time, h)
+    return step(rest, touching.of(touching.near), time, h)
 
 
-def _try_step(rest: Resting, touching: Touching, time: float, h: float) -> Island | None:
-    """`step` as long as it is told."""
+def step(rest: Resting, touching: Touching, time: float, h: float, *, ahead: bool = False) -> Island | None:
+    """An island on a step `h` [s] of first order at constant velocities: forces first, then contacts with e = 0.
+
+    (Moreau 1988; Jean 1999.) `ahead`: such that nothing is hit on the way. None where no motion is possible: velocities
+    are as before then.
+    """
     scene, members = rest.scene, touching.members
     ease, nothing = scene.bodies.inverse_mass[members], np.zeros_like(rest.force)
     before = tuple(array[members].copy() for array in (scene.v, scene.L, scene.w))
@@ -113,7 +114,7 @@ def _try_step(rest: Resting, touching: Touching, time: float, h: float) -> Islan
     scene.L[members] += h * rest.torque[members]
     correct(scene.bodies, members, (np.zeros((len(members), 3)), np.zeros((len(members), 3))), rest.state)
     impulse = _stop(rest, touching)
-    if impulse is not None and not touching.near.all():
+    if impulse is not None and ahead:
         touching, impulse = _slow_down(rest, touching, impulse, time, h)
     if impulse is None:
         for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):

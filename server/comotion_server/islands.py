@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.island import Island
-from comotion_server.island_flight import fly, fly_again, step
+from comotion_server.island_flight import fly, fly_again, step, stride
 from comotion_server.judging import judge, touching_among
 from comotion_server.kernels.event_cluster import gather_about
 from comotion_server.kernels.event_queue import set_timer, take_off
@@ -198,7 +198,7 @@ class Islands:
         found = self._gather(seeds, time, h)
         found = found.of(found.near | ~found.elastic)
         come_off(resting, found, time)
-        island = step(resting, found, time, h)
+        island = stride(resting, found, time, h)
         if island is None:
             return False
         self._stepping[found.members] = True
