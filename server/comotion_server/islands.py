@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.island import Island
-from comotion_server.island_flight import fly, fly_again, step, stride
+from comotion_server.island_flight import fly, fly_again
 from comotion_server.judging import judge, touching_among
 from comotion_server.kernels.event_cluster import gather_about
 from comotion_server.kernels.event_queue import set_timer, take_off
@@ -26,6 +26,7 @@ from comotion_server.kernels.flight import fly_rows
 from comotion_server.kernels.held_flight import correct
 from comotion_server.resting import Resting
 from comotion_server.settling import bounce, close, come_off, put_back
+from comotion_server.time_stepping import step, stride
 from comotion_server.touching import Pair, RestRecord, Touching
 
 Array = NDArray[np.float64]

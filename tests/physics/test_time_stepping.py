@@ -109,7 +109,7 @@ def test_every_floe_takes_what_its_contacts_give(no_flights):
 
 
 def test_it_takes_energy(no_flights):
-    """What the turning of a normal will ask for is given at once, and taken again: up to 4e-8 of the energy at a time."""
+    """What the turning of a normal will ask for is given in advance, then taken: up to 4e-8 of the energy."""
     sim = Simulation(crowd(0.5))
     energies = [energy(sim)]
     for _ in range(40):
