@@ -15,7 +15,7 @@ from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_o
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, LEFT, ROW, TIMER
+from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, LEFT, ROW, TIMER, Queue
 from comotion_server.kernels.flight import begin
 from comotion_server.meetings import Meeting
 from comotion_server.queue_room import enlarged
@@ -58,11 +58,11 @@ class ExactQueue:
         self.solids = solids_of([body.collision_shape for body in world.scene.bodies])
         self._rules = self.rules = rules_of(world.scene)
         self.scene = scene_of(world, self.solids)
-        self.queue = queue_of(world, self.solids)
-        while not events.start(self.queue, self.scene):
-            self.queue = enlarged(self.queue, events.PAIRS_FULL)
-        open_gaps(world, self.scene, self.queue)
-        self.islands = Islands(self.scene, self.queue, self.rules)
+        queue = queue_of(world, self.solids)
+        while not events.start(queue, self.scene):
+            queue = enlarged(queue, events.PAIRS_FULL)
+        open_gaps(world, self.scene, queue)
+        self.islands = Islands(self.scene, queue, self.rules)
         self._elapsed = 0.0
         self._at_once = (-1.0, 0)  # the last time of help, and how often it was asked for then
         self._eased = (-1.0, -1)  # the last time at which a pair stalled, and its row
@@ -72,6 +72,11 @@ class ExactQueue:
         self.joined: list[Meeting] = []  # contacts that make one body of two
         self.pinched: list[Meeting] = []  # contacts that exclude each other
         self.heals = False  # whether `play` stops at such contacts
+
+    @property
+    def queue(self) -> Queue:
+        """All that the event queue remembers; grows as it needs to."""
+        return self.islands.resting.queue
 
     def begin(self, start_time: float) -> None:
         """Starts a step at `start_time` [s]: all bodies have begun flights at local time 0."""
@@ -141,10 +146,11 @@ class ExactQueue:
 
     def _enlarge(self, code: int, now: float) -> None:
         """More room; a body that could not get all its pairs gets them."""
-        self.queue = self.islands.resting.queue = enlarged(self.queue, code)
+        resting = self.islands.resting
+        resting.queue = enlarged(resting.queue, code)
         body = int(self.queue.heap.item[0])
         while code == events.PAIRS_FULL and not events.look_around(self.queue, self.scene, body, now):
-            self.queue = self.islands.resting.queue = enlarged(self.queue, code)
+            resting.queue = enlarged(resting.queue, code)
 
     def _joints(self) -> list[Meeting]:
         """The contacts of the cluster that merge, one of each pair of bodies."""
@@ -251,5 +257,5 @@ class ExactQueue:
         """Goes back to a checkpoint, which stays usable."""
         lasting, islands, self._elapsed = kept
         arrays = dict(zip(LASTING, map(copied, lasting), strict=True))
-        self.queue = self.islands.resting.queue = self.queue._replace(**arrays)
+        self.islands.resting.queue = self.queue._replace(**arrays)
         self.islands.restore(islands)

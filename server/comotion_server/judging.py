@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.kernels.contact_normals import FULL
-from comotion_server.kernels.contacts import Contacts, new_contacts
+from comotion_server.kernels.contacts import Contacts
 from comotion_server.kernels.event_cluster import reaches
+from comotion_server.kernels.event_queue import CONTACTS_FULL
 from comotion_server.kernels.event_scene import DELTA, PAIRS
 from comotion_server.kernels.foreseen import foreseen
 from comotion_server.kernels.held_contacts import contacts_of_pairs, eases, gaps_at, opening_speeds
 from comotion_server.kernels.held_flight import evaluate, new_course
+from comotion_server.queue_room import enlarged
 from comotion_server.resting import Resting
 from comotion_server.touching import ROUNDING, Judgement, Pair, Touching
 
@@ -34,27 +36,26 @@ def touching_among(rest: Resting, bodies: Rows, known: set[Pair], ahead: float) 
     reaches(queue, scene, ahead, reach)
     parts = (scene.solids, pairs.bodies[rows], scene.x, scene.R, reach, 0.0, reach)
     members = bodies[scene.bodies.reacts[bodies]]
-    return _found(rest, members, rows, known, lambda *room: contacts_of_pairs(*parts, *room, queue.patch_work))
+    return _found(rest, members, rows, known, lambda *room: contacts_of_pairs(*parts, *room))
 
 
 def coming_up(rest: Resting, touching: Touching, pairs: Rows, time: float, h: float) -> Touching:
     """Contacts of some pairs that come up within `h` [s] of the bodies' flights, as they are at the beginning."""
     queue, scene = rest.queue, rest.scene
     parts = (scene.solids, scene.flights, scene.bodies, queue.pairs.bodies[pairs], DELTA * queue.pairs.tolerance[pairs])
-    witness, find = np.empty(2, dtype=np.int64), (time, h, rest.trial)
-    found = _found(
-        rest, touching.members, pairs, set(), lambda *room: foreseen(*parts, *find, *room, witness, queue.patch_work)
-    )
+    flight = (time, h, rest.trial, np.empty(2, dtype=np.int64))
+    found = _found(rest, touching.members, pairs, set(), lambda *room: foreseen(*parts, *flight, *room))
     gaps_at(scene.solids, found.contacts, found.count, rest.state, np.empty(found.count))
     return found.of(found.contacts.gap > 0.0)
 
 
 def _found(rest: Resting, members: Rows, pairs: Rows, known: set[Pair], find: Callable[..., int]) -> Touching:
-    """The contacts that `find` writes to room for them and for which of the `pairs` (p,) each is."""
-    rules, cluster = rest.rules, rest.queue.cluster
-    contacts, of = cluster.contacts, np.empty(len(cluster.pair), dtype=np.int64)
-    while (count := find(contacts, of)) == FULL:
-        contacts, of = new_contacts(2 * len(of)), np.empty(2 * len(of), dtype=np.int64)
+    """The contacts that `find` writes to room for them, and for which of the `pairs` (p,) each is."""
+    of = np.empty(len(rest.queue.cluster.pair), dtype=np.int64)
+    while (count := find(rest.queue.cluster.contacts, of, rest.queue.patch_work)) == FULL:
+        rest.queue = enlarged(rest.queue, CONTACTS_FULL)
+        of = np.empty(len(rest.queue.cluster.pair), dtype=np.int64)
+    rules, contacts = rest.rules, rest.queue.cluster.contacts
     rows = pairs[of[:count]]
     a, b = (rules.material[contacts.bodies[:count, side]] for side in (0, 1))
     return Touching(

@@ -5,6 +5,9 @@ from typing import Any
 import numpy as np
 
 from comotion_server.kernels import event_queue as events
+from comotion_server.kernels.contact_hull import PatchPoints
+from comotion_server.kernels.contact_manifold import PatchWork
+from comotion_server.kernels.contact_normals import Directions
 from comotion_server.kernels.event_heap import Heap
 from comotion_server.kernels.event_scene import Gathered, Queue
 from comotion_server.kernels.pair_memory import Pairs, new_pairs
@@ -17,7 +20,7 @@ def enlarged(queue: Queue, code: int) -> Queue:
         columns = {name: _grown(getattr(queue.log, name)) for name in queue.log._fields if name not in kept}
         return queue._replace(log=queue.log._replace(**columns))
     if code == events.CONTACTS_FULL:
-        return queue._replace(cluster=_more_contacts(queue.cluster))
+        return queue._replace(cluster=_more_contacts(queue.cluster), patch_work=_more_patch_work(queue.patch_work))
     pairs = _more_pairs(queue.pairs)
     added = len(pairs.bodies) - len(queue.pairs.bodies)
     cluster = queue.cluster._replace(
@@ -38,6 +41,14 @@ def _more_contacts(cluster: Gathered) -> Gathered:
     grown = report._replace(approach=_grown(report.approach), certificate=_grown(report.certificate))
     columns = {name: _grown(getattr(cluster, name)) for name in ("pair", "restitution", "friction", "impulse")}
     return cluster._replace(contacts=contacts, report=grown, **columns)
+
+
+def _more_patch_work(work: PatchWork | None) -> PatchWork | None:
+    if work is None:
+        return None
+    directions = Directions(*(_grown(column) for column in work.directions))
+    points = PatchPoints(*(_grown(column) for column in work.points))
+    return work._replace(pairs=_grown(work.pairs), directions=directions, points=points)
 
 
 def _more_pairs(pairs: Pairs) -> Pairs:

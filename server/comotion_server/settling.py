@@ -5,11 +5,13 @@ from numpy.typing import NDArray
 
 from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_answer import answer, contacts_of
+from comotion_server.kernels.event_queue import CONTACTS_FULL
 from comotion_server.kernels.event_scene import CONTACTS, DELTA
 from comotion_server.kernels.flight import fly_rows
 from comotion_server.kernels.held_contacts import gaps_at, kinetic_energy, move
 from comotion_server.kernels.held_flight import correct
 from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
+from comotion_server.queue_room import enlarged
 from comotion_server.resting import Resting
 from comotion_server.touching import Judgement, SoftImpact, Touching, approach_of
 
@@ -24,9 +26,10 @@ LEAST = 0.05  # of delta: nothing is put back where it would bring bodies closer
 
 def bounce(rest: Resting, touching: Touching, found: Judgement) -> bool:
     """An impact of the whole cluster; pairs whose contacts close softly take it with e = 0."""
-    queue, scene = rest.queue, rest.scene
-    cluster = queue.cluster
-    contacts_of(queue, scene, rest.rules)
+    scene = rest.scene
+    while not contacts_of(rest.queue, scene, rest.rules):
+        rest.queue = enlarged(rest.queue, CONTACTS_FULL)
+    queue, cluster = rest.queue, rest.queue.cluster
     soft = np.setdiff1d(touching.pair[found.closing], touching.pair[found.hard])
     count = cluster.size[CONTACTS]
     cluster.restitution[:count][np.isin(cluster.pair[:count], soft)] = 0.0

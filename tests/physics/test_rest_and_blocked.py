@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+import trimesh
+from mesh_forms import cube
 from played import energy, play, row_of, smallest_gap
 from scenes_by_hand import fixed_box, free_box, moved_box, plane, scene_of, solid
 
 from comotion_mock_cfd.body_forms import floe_mesh
 from comotion_server.meshes import TriangleMesh
 from comotion_server.quaternions import quaternion_of
-from comotion_server.scene import Free
+from comotion_server.scene import Fixed, Free
 from comotion_server.simulation import Simulation
 
 G = 9.81
@@ -24,6 +26,20 @@ def test_a_box_that_starts_at_rest_stays_where_it_is():
     play(sim, 100.0, 0.01)
     np.testing.assert_array_equal(sim.bodies.position[0], at)
     np.testing.assert_allclose(at, [0.0, 0.0, 0.5], atol=2e-8)
+
+
+def test_faces_that_are_cut_finely_rest_on_each_other():
+    """More pairs of triangles, and more points, than there is room for at first."""
+    vertices, triangles = cube(offset=(-0.5, -0.5, -0.5))
+    for _ in range(6):
+        vertices, triangles = trimesh.remesh.subdivide(vertices, triangles)
+    fine = TriangleMesh(vertices, triangles)
+    below = solid("below", fine, mass=1.0, motion=Fixed(), position=(0.0, 0.0, -0.5))
+    above = solid("above", fine, mass=1.0, position=(0.3, 0.1, 0.501))
+    sim = Simulation(scene_of(above, below, gravity=FALLING, restitution=0.0))
+    play(sim, 0.2, 0.05)
+    np.testing.assert_allclose(sim.bodies.position[0], [0.3, 0.1, 0.5], atol=2e-8)
+    np.testing.assert_array_equal(sim.bodies.velocity[0], 0.0)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])

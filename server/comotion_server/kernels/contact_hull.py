@@ -15,7 +15,7 @@ from comotion_server.kernels.contacts import FEATURES
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.vectors import along, cross, dot, sub, unit
 
-MOST_POINTS = 4096
+POINTS_AT_FIRST = 4096
 NONE = np.int64(-1)  # in the place of a feature; a plain -1 is a type of its own, for which all would be compiled anew
 
 Vector = tuple[float, float, float]
@@ -47,13 +47,13 @@ class View(NamedTuple):
 def new_points():
     """Room for the points of a patch."""
     return PatchPoints(
-        np.empty(MOST_POINTS, np.int64),
-        np.empty((MOST_POINTS, FEATURES), np.int64),
-        np.empty((MOST_POINTS, 3)),
-        np.empty((MOST_POINTS, 3)),
-        np.empty(MOST_POINTS),
-        np.empty((MOST_POINTS, 2)),
-        np.empty(3 * MOST_POINTS, np.int64),
+        np.empty(POINTS_AT_FIRST, np.int64),
+        np.empty((POINTS_AT_FIRST, FEATURES), np.int64),
+        np.empty((POINTS_AT_FIRST, 3)),
+        np.empty((POINTS_AT_FIRST, 3)),
+        np.empty(POINTS_AT_FIRST),
+        np.empty((POINTS_AT_FIRST, 2)),
+        np.empty(3 * POINTS_AT_FIRST, np.int64),
     )
 
 
@@ -93,7 +93,7 @@ def add_point(points, count, view, kind, f0, f1, f2, f3, f4, p, q):
                 return count
             place = k
             break
-    if place == MOST_POINTS:
+    if place == len(points.gap):
         return FULL
     points.kind[place], points.gap[place] = kind, gap
     points.place[place, 0], points.place[place, 1] = x, y

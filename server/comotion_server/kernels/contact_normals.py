@@ -18,7 +18,7 @@ from comotion_server.kernels.pair_impact_bounds import Points, Vector
 from comotion_server.kernels.vectors import add, along, dot, length, rotated, rotated_back, row, scaled, sub, unit
 
 FULL = -1  # in the place of a number: there are more than there is room for
-MOST_PATCHES = 256
+PATCHES_AT_FIRST = 256
 OF_A, OF_B, OF_NONE = 0, 1, 2  # whose face gives a direction
 
 
@@ -54,11 +54,11 @@ class Directions(NamedTuple):
 def new_directions():
     """Room for the directions of two bodies."""
     return Directions(
-        np.empty((MOST_PATCHES, 3)),
-        np.empty((MOST_PATCHES, 3)),
-        np.empty(MOST_PATCHES, np.int64),
-        np.empty(MOST_PATCHES, np.int64),
-        np.empty(MOST_PATCHES),
+        np.empty((PATCHES_AT_FIRST, 3)),
+        np.empty((PATCHES_AT_FIRST, 3)),
+        np.empty(PATCHES_AT_FIRST, np.int64),
+        np.empty(PATCHES_AT_FIRST, np.int64),
+        np.empty(PATCHES_AT_FIRST),
     )
 
 
@@ -136,7 +136,7 @@ def note_direction(R, pair, n, owner, slope, directions, count):
                 return count
             place = d
             break
-    if place == MOST_PATCHES:
+    if place == len(directions.least):
         return FULL
     directions.normal[place], directions.normal_b[place] = n, scaled(rotated_back(R, n), -1.0)
     directions.owner[place], directions.least[place] = owner, pair.distance

@@ -27,7 +27,7 @@ from comotion_server.kernels.level_faces import is_level
 from comotion_server.kernels.triangle_distance import closer_points
 from comotion_server.kernels.vectors import ZERO, cross, dot, row, sub
 
-MOST_PAIRS = 32768
+PAIRS_AT_FIRST = 32768
 NEAR, FAR, UNKNOWN = 0, 1, 2  # what a direction says of two triangles
 
 
@@ -157,7 +157,7 @@ def _compare(m, shape_a, shape_b, leaf_a, leaf_b, tree, R, t, reach, limit, slop
                     elif pair.distance < nearest.distance:
                         nearest = pair
             if answer == NEAR:
-                if count == MOST_PAIRS or found == FULL:
+                if count == len(pairs) or found == FULL:
                     return FULL, FULL, nearest
                 pairs[count, 0], pairs[count, 1] = i, j
                 count += 1
@@ -169,7 +169,7 @@ def touching_pairs(m, tree, shape_a, shape_b, roots, R, t, reach, limit, slope, 
     """(number of pairs, of directions): pairs of triangles within `limit` [m], directions of those within `reach`.
 
     m, tree: `Surface`, `Tree`; roots: of both trees; R (3, 3) and t turn points of b's frame into a's; slope: sine
-    below which directions are alike; nodes (STACK_SIZE, 2) int64. Out: pairs (MOST_PAIRS, 2) int64 of a, of b, over all
+    below which directions are alike; nodes (STACK_SIZE, 2) int64. Out: pairs (p, 2) int64 of a, of b, over all
     shapes; directions. Both numbers are FULL where there is no room.
     """
     top, none = 1, np.int64(0)  # of the type it will have: else what it goes to is compiled twice
@@ -204,4 +204,4 @@ def touching_pairs(m, tree, shape_a, shape_b, roots, R, t, reach, limit, slope, 
 @jit
 def new_pairs():
     """Room for the pairs of any two meshes, and for a walk."""
-    return np.empty((MOST_PAIRS, 2), np.int64), np.empty((STACK_SIZE, 2), np.int64)
+    return np.empty((PAIRS_AT_FIRST, 2), np.int64), np.empty((STACK_SIZE, 2), np.int64)

@@ -10,6 +10,8 @@ from comotion_server.kernels.solid_impact import gap_within
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.vectors import dot, length, row, sub
 
+NEAR = 0.1  # of the smaller body's radius: what is farther apart is not looked at ahead of time
+
 
 @lean_jit
 def _spheres_apart(scene, i, j, time, delta):
@@ -42,13 +44,13 @@ def _include(queue, scene, i, time):
 @lean_jit
 def reach_of(queue, scene, k, ahead):
     """Up to which gap [m] the bodies of pair k, placed, count: DELTA tolerances, and what `ahead` [s] closes."""
-    reach = DELTA * queue.pairs.tolerance[k]
+    closing, radius = 0.0, scene.solids.radius
+    a, b = queue.pairs.bodies[k, 0], queue.pairs.bodies[k, 1]
     if ahead > 0.0:
-        for side in range(2):
-            i = queue.pairs.bodies[k, side]
+        for i in (a, b):
             spin = length(row(scene.w, i))
-            reach += ahead * (length(row(scene.v, i)) + (scene.solids.radius[i] * spin if spin > 0.0 else 0.0))
-    return reach
+            closing += ahead * (length(row(scene.v, i)) + (radius[i] * spin if spin > 0.0 else 0.0))
+    return DELTA * queue.pairs.tolerance[k] + min(closing, NEAR * min(radius[a], radius[b]))
 
 
 @lean_jit

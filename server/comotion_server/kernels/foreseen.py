@@ -44,11 +44,11 @@ def _approach(solids, flights, bodies, a, b, begin, h, state, delta, witness, wo
 
 
 @jit
-def foreseen(solids, flights, bodies, pairs, delta, begin, h, state, contacts, pair_of, witness, work):
+def foreseen(solids, flights, bodies, pairs, delta, begin, h, state, witness, contacts, pair_of, work):
     """The contacts of pairs (p,2) that are about to meet within `h` [s] of their flights: how many, or FULL.
 
-    delta (p,) [m]; state: arrays to work with; contacts: as they are just before they meet; pair_of (c,) which pair;
-    witness (2,) int64, work: of `new_patch_work`.
+    delta (p,) [m]; state, witness (2,) int64: to work with; contacts: as they are just before they meet; pair_of (c,):
+    which pair; work: of `new_patch_work`.
     """
     x, _, R, _, _ = state
     count = 0
