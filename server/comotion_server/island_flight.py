@@ -22,7 +22,7 @@ STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand stil
 
 
 def fly(rest: Resting, touching: Touching, time: float, until: float) -> Island | None:
-    """An island on a flight as long as it is true, to `until` [s] at most; None where no motion is possible."""
+    """An island on a flight as long as it is true, to `until` [s] at most; None where there is none, or none is found."""
     scene, count, members = rest.scene, touching.count, touching.members
     bodies = touching.bodies
     spin = float(np.linalg.norm(scene.w[bodies], axis=1).max())
@@ -38,7 +38,8 @@ def fly(rest: Resting, touching: Touching, time: float, until: float) -> Island 
         if status == BLOCKED and h > SHORTEST * first:  # on the way, where contacts have gone past each other
             h *= 0.25
             continue
-        if not rest.possible(status, contacts, certificate):
+        if status != SOLVED:
+            rest.possible(status, contacts, certificate)
             rest.begin(members, rest.acceleration, rest.torque, time)
             return None
         stray = straying(scene.bodies, contacts, count, members, course, h, scene.R)

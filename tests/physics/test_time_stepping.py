@@ -5,8 +5,10 @@ import pytest
 from played import energy, row_of, smallest_gap
 from scenes_by_hand import free_box, moved_box, plane, scene_of, solid
 
+import comotion_server.island_flight
 import comotion_server.islands
 from comotion_mock_cfd.body_forms import floe_mesh
+from comotion_server.kernels.impact_cluster import CAPPED
 from comotion_server.meshes import TriangleMesh
 from comotion_server.quaternions import quaternion_of
 from comotion_server.scene import Free
@@ -106,6 +108,21 @@ def test_every_floe_takes_what_its_contacts_give(no_flights):
         worst = max(worst, np.nanmax(np.abs(change)))
     assert no_flights[0] > 0
     assert worst < 1e-13
+
+
+def test_where_forces_are_not_found_it_goes_on(monkeypatch):
+    """A solver that gives up leaves no flight behind on which nothing is held."""
+    monkeypatch.setattr(comotion_server.island_flight, "try_flight", lambda *_: CAPPED)
+    wall = moved_box("wall", (0.2, 2.0, 2.0), (0.0, 0.0, 0.0), (0.5, 0.0, 0.0))
+    box = free_box("box", (1.0, 1.0, 1.0), 2.0, position=(0.61, 0.0, 0.0), motion=FLAT)
+    sim = Simulation(scene_of(wall, box, restitution=0.0))
+    against = np.zeros((2, 6))
+    against[row_of(sim, "box"), 0] = -1.0
+    replies = [sim.step(0.01, wrenches=against) for _ in range(20)]
+    assert replies[-1].budget.fallback == pytest.approx(1.0)
+    apart = sim.bodies.position[row_of(sim, "box")] - sim.bodies.position[row_of(sim, "wall")]
+    np.testing.assert_allclose(apart, [0.6, 0.0, 0.0], atol=2e-8)
+    np.testing.assert_allclose(sim.bodies.velocity, [[0.5, 0.0, 0.0]] * 2, atol=1e-12)
 
 
 def test_it_takes_energy(no_flights):
