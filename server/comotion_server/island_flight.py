@@ -22,7 +22,7 @@ STILL = 1e-9  # of the speed of a hop as high as delta: slower bodies stand stil
 
 
 def fly(rest: Resting, touching: Touching, time: float, until: float) -> Island | None:
-    """An island on a flight as long as it is true, to `until` [s] at most; None where there is none, or none is found."""
+    """An island on a flight as long as it is true, to `until` [s] at most; None where none is found."""
     scene, count, members = rest.scene, touching.count, touching.members
     bodies = touching.bodies
     spin = float(np.linalg.norm(scene.w[bodies], axis=1).max())
