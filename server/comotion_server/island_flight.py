@@ -105,6 +105,8 @@ def _parting(rest: Resting, touching: Touching, course: Course, h: float) -> tup
 
 def stands(rest: Resting, island: Island, touching: Touching) -> bool:
     """Whether nothing moves."""
+    if touching.count == 0:
+        return False
     scene, rows = rest.scene, island.members
     pull = float(np.linalg.norm(rest.acceleration[rows], axis=1).max())
     slow = STILL * np.sqrt(2.0 * pull * float(touching.delta.min()))

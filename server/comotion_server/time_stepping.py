@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 SHORTER = 6  # times a quarter: how much a step of time-stepping is shortened for contacts that are yet to close
 LOOKS = 12  # at the gaps on the way, in a step of time-stepping
 LATER = 10  # times at which that is done
-GAIN = 1e-6  # of their kinetic energy: more than bodies may be given in advance for the turning of their contacts
+GAIN = 1e-5  # of their kinetic energy: more than bodies may be given in advance for the turning of their contacts
 
 
 def stride(rest: Resting, touching: Touching, time: float, h: float) -> Island | None:
