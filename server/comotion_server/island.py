@@ -35,6 +35,7 @@ class Island:
     end: float
     push: Array  # (c,3) of a body asleep or of time-stepping: impulse per second on b [N]
     asleep: bool = False
+    change: tuple[Array, Array] | None = None  # (k,3) of v and L by the end of a step of time-stepping
     others: Rows = field(init=False)  # that it touches, but which are no members
 
     def __post_init__(self) -> None:
@@ -51,8 +52,14 @@ class Island:
 
     def gains(self, time: float) -> tuple[Array, Array]:
         """What velocities and angular momenta (k,3) lack on the flight at `time` [s]."""
-        if self.course is None or self.asleep:
-            return np.zeros((len(self.members), 3)), np.zeros((len(self.members), 3))
+        nothing = np.zeros((len(self.members), 3)), np.zeros((len(self.members), 3))
+        if self.asleep:
+            return nothing
+        if self.change is not None:
+            share = (time - self.end) / (self.end - self.begin)
+            return share * self.change[0], share * self.change[1]
+        if self.course is None:
+            return nothing
         weights = self.weights(time) - (time - self.begin) * np.array([1.0, 1.0, 1.0, 0.0]) / 3.0
         return np.tensordot(weights, self.course.acceleration, 1), np.tensordot(weights, self.course.torque, 1)
 

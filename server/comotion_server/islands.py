@@ -139,7 +139,7 @@ class Islands:
         if not island.asleep:
             correct(resting.scene.bodies, island.members, island.gains(time), resting.state)
         resting.record.add_held(island.contacts.bodies, island.impulses(time))
-        island.begin = time
+        island.begin, island.change = time, None
 
     def _land(self, island: Island, time: float) -> None:
         """An island ends: its bodies are where they are at `time`, on free flights from there."""
@@ -147,7 +147,7 @@ class Islands:
         resting, scene = self.resting, self.resting.scene
         resting.queue.held[island.members] = False
         set_timer(resting.queue, island.members[0], np.inf)
-        if island.begin < time:
+        if island.begin < time or island.change is not None:
             fly_rows(island.members, scene.flights, scene.bodies, time, *resting.state)
             if time < island.end and island.course is not None and not island.asleep:
                 fly_again(resting, island, time)

@@ -14,6 +14,7 @@ from comotion_server.resting import Resting
 from comotion_server.touching import Touching, approach_of
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
 
 SHORTER = 6  # times a quarter: how much a step of time-stepping is shortened for contacts that are yet to close
 LOOKS = 12  # at the gaps on the way, in a step of time-stepping
@@ -34,28 +35,44 @@ def stride(rest: Resting, touching: Touching, time: float, h: float) -> Island |
 
 
 def step(rest: Resting, touching: Touching, time: float, h: float, *, ahead: bool = False) -> Island | None:
-    """An island on a step `h` [s] of first order at constant velocities: forces first, then contacts with e = 0.
+    """An island on a step `h` [s] of first order at constant velocities: those at its end.
 
-    (Moreau 1988; Jean 1999.) `ahead`: such that nothing is hit on the way. None where no motion is possible: velocities
-    are as before then.
+    (Moreau 1988; Jean 1999.) Contacts that close stop at once; then come the forces, and contacts against them, as far
+    as the step gets. `ahead`: both so that nothing is hit on the way. None where no motion is possible: velocities are
+    as before then.
     """
     scene, members = rest.scene, touching.members
-    ease, nothing = scene.bodies.inverse_mass[members], np.zeros_like(rest.force)
+    nothing = np.zeros_like(rest.force)
     before = tuple(array[members].copy() for array in (scene.v, scene.L, scene.w))
-    scene.v[members] += h * ease * rest.force[members]
-    scene.L[members] += h * rest.torque[members]
-    correct(scene.bodies, members, (np.zeros((len(members), 3)), np.zeros((len(members), 3))), rest.state)
-    impulse = _stop(rest, touching)
-    if impulse is not None and ahead:
-        touching, impulse = _slow_down(rest, touching, impulse, time, h)
-    if impulse is None:
+    touching, at_once = _answer(rest, touching, time, h, ahead=ahead)
+    start, hit = (scene.v[members].copy(), scene.L[members].copy()), touching.contacts.bodies
+    impulse = None
+    if at_once is not None:
+        correct(scene.bodies, members, _gains_of_forces(rest, members, h), rest.state)
+        touching, impulse = _answer(rest, touching, time, h, ahead=ahead)
+    if at_once is None or impulse is None:
         for array, values in zip((scene.v, scene.L, scene.w), before, strict=True):
             array[members] = values
         return None
+    rest.record.add_held(hit, at_once)
     rest.begin(members, nothing, nothing, time)
     island = Island(members, touching.bodies, touching.contacts, None, time, time + h, impulse / h)
     island.asleep = stands(rest, island, touching)
+    island.change = scene.v[members] - start[0], scene.L[members] - start[1]
     return island
+
+
+def _answer(rest: Resting, touching: Touching, time: float, h: float, *, ahead: bool) -> tuple[Touching, Array | None]:
+    """What contacts do about velocities: all that count, impulses (c,3) on b [N s]; None where that is impossible."""
+    impulse = _stop(rest, touching)
+    if impulse is None or not ahead:
+        return touching, impulse
+    return _slow_down(rest, touching, impulse, time, h)
+
+
+def _gains_of_forces(rest: Resting, members: Rows, h: float) -> tuple[Array, Array]:
+    """What velocities and angular momenta (k,3) get in `h` [s] from all forces but those of contacts."""
+    return h * rest.scene.bodies.inverse_mass[members] * rest.force[members], h * rest.torque[members]
 
 
 def _stop(rest: Resting, touching: Touching) -> Array | None:

@@ -67,7 +67,7 @@ def test_every_bounce_gets_away(scene, restitution):
     assert story.gap >= LEAST_GAP * TOLERANCE
     if restitution == 1.0:
         assert min(story.times) > 0.0
-        assert story.energy == pytest.approx(before, rel=1e-10)  # of the flights of a triaxial top over 100 s
+        assert story.energy == pytest.approx(before, rel=1e-13)
 
 
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-8, 1e-7, 1e-5])

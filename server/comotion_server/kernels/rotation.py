@@ -48,18 +48,21 @@ def rotate_about_column(R, axis, angle):
 
 @lean_jit
 def orthonormalise(R):
-    """One Newton step R <- R (3 I - R^T R) / 2: removes the rounding that products gather, quadratically."""
-    m00 = R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0] + R[2, 0] * R[2, 0]
-    m11 = R[0, 1] * R[0, 1] + R[1, 1] * R[1, 1] + R[2, 1] * R[2, 1]
-    m22 = R[0, 2] * R[0, 2] + R[1, 2] * R[1, 2] + R[2, 2] * R[2, 2]
-    m01 = R[0, 0] * R[0, 1] + R[1, 0] * R[1, 1] + R[2, 0] * R[2, 1]
-    m02 = R[0, 0] * R[0, 2] + R[1, 0] * R[1, 2] + R[2, 0] * R[2, 2]
-    m12 = R[0, 1] * R[0, 2] + R[1, 1] * R[1, 2] + R[2, 1] * R[2, 2]
+    """One Newton step R <- R + R (I - R^T R) / 2: removes the rounding that products gather, quadratically.
+
+    As a sum, whose small term keeps what rounding 3 I - R^T R would lose: long columns would be cut, short ones stay.
+    """
+    s0 = 0.5 * (1.0 - (R[0, 0] * R[0, 0] + R[1, 0] * R[1, 0] + R[2, 0] * R[2, 0]))
+    s1 = 0.5 * (1.0 - (R[0, 1] * R[0, 1] + R[1, 1] * R[1, 1] + R[2, 1] * R[2, 1]))
+    s2 = 0.5 * (1.0 - (R[0, 2] * R[0, 2] + R[1, 2] * R[1, 2] + R[2, 2] * R[2, 2]))
+    s01 = 0.5 * (R[0, 0] * R[0, 1] + R[1, 0] * R[1, 1] + R[2, 0] * R[2, 1])
+    s02 = 0.5 * (R[0, 0] * R[0, 2] + R[1, 0] * R[1, 2] + R[2, 0] * R[2, 2])
+    s12 = 0.5 * (R[0, 1] * R[0, 2] + R[1, 1] * R[1, 2] + R[2, 1] * R[2, 2])
     for k in range(3):
         a, b, c = R[k, 0], R[k, 1], R[k, 2]
-        R[k, 0] = 0.5 * (a * (3.0 - m00) - b * m01 - c * m02)
-        R[k, 1] = 0.5 * (b * (3.0 - m11) - a * m01 - c * m12)
-        R[k, 2] = 0.5 * (c * (3.0 - m22) - a * m02 - b * m12)
+        R[k, 0] = a + (a * s0 - b * s01 - c * s02)
+        R[k, 1] = b + (b * s1 - a * s01 - c * s12)
+        R[k, 2] = c + (c * s2 - a * s02 - b * s12)
 
 
 @lean_jit
