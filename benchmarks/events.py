@@ -121,7 +121,7 @@ def main():
     parser.add_argument("--only", default="")
     asked = parser.parse_args()
     print(f"{'':28s} {'impacts':>11s}  per impact: queries, windows, pairs, steps")
-    for name, (make, _) in SCENES.items():
+    for name, make in SCENES.items():
         if asked.only in name:
             parts, given = make()
             run(name, parts, asked.impacts, **given)

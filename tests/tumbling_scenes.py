@@ -60,11 +60,11 @@ def prisms_in_a_box():
 
 
 SCENES = {
-    "tumbling cube": (tumbling_cube, 200),
-    "two L in a box": (ells_in_a_box, 200),
-    "three L and a ring in a box": (ells_and_a_ring, 100),
-    "L pulled into a notch": (ell_pulled_into_a_notch, 150),
-    "linked rings": (linked_rings, 100),
-    "ring hanging in a ring": (hanging_ring, 100),
-    "prisms in a box": (prisms_in_a_box, 300),
+    "tumbling cube": tumbling_cube,
+    "two L in a box": ells_in_a_box,
+    "three L and a ring in a box": ells_and_a_ring,
+    "L pulled into a notch": ell_pulled_into_a_notch,
+    "linked rings": linked_rings,
+    "ring hanging in a ring": hanging_ring,
+    "prisms in a box": prisms_in_a_box,
 }

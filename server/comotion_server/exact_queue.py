@@ -15,7 +15,7 @@ from comotion_server.impact_records import impacts_of, soft_impacts_of, totals_o
 from comotion_server.islands import Islands
 from comotion_server.kernels import event_queue as events
 from comotion_server.kernels.event_heap import take_out
-from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, LEFT, ROW, TIMER, Queue
+from comotion_server.kernels.event_scene import CONTACTS, CUT_SHORT, LEFT, ROW, TIMER, Queue
 from comotion_server.kernels.flight import begin
 from comotion_server.meetings import Meeting
 from comotion_server.queue_room import enlarged
@@ -190,13 +190,14 @@ class ExactQueue:
             )
             self._grant(self.settings.budget)
             return
-        cluster = self.queue.cluster
-        self._freeze(cluster.bodies[: cluster.size[BODIES]], now)
+        bodies = self.islands.joined_to(self.queue.pairs.bodies[self.queue.tally[ROW]])
+        self._freeze(bodies[self.scene.bodies.reacts[bodies]], now)
         self._grant(MORE)
 
-    def _grant(self, more: int) -> None:
-        self.queue.tally[LEFT] += more
-        self._granted += more
+    def _grant(self, left: int) -> None:
+        """So much work is allowed from here on."""
+        self._granted += left - int(self.queue.tally[LEFT])
+        self.queue.tally[LEFT] = left
 
     def _freeze(self, bodies: Rows, now: float) -> None:
         """Bodies stay where they are for the rest of the step; nothing moves them."""

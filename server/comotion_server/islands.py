@@ -21,7 +21,7 @@ from comotion_server.island_flight import fly, fly_again
 from comotion_server.judging import judge, touching_among
 from comotion_server.kernels.event_cluster import gather_about
 from comotion_server.kernels.event_queue import set_timer, take_off
-from comotion_server.kernels.event_scene import BODIES, Queue, Rules, Scene
+from comotion_server.kernels.event_scene import BODIES, LEFT, Queue, Rules, Scene
 from comotion_server.kernels.flight import fly_rows
 from comotion_server.kernels.held_flight import correct
 from comotion_server.resting import Resting
@@ -33,10 +33,11 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 STRIDES = 5  # of time-stepping in a step; its error is of first order
-MOST_RESTS = 300  # of a body in a step, by flights; more: its island goes on by time-stepping
-LARGE = 10  # bodies: islands of more may rest less often, so that the product stays
-MOST_AT_ONCE = 20  # of a body at one time, likewise
-PASSES = 50  # of impacts and closings at one time; in the second half of them all is taken with e = 0
+MOST_PASSES = 600  # of a body in a step, by flights; more: its island goes on by time-stepping
+LARGE = 10  # bodies: islands of more may take fewer, so that the product stays
+MOST_AT_ONCE = 20  # rests of a body at one time, likewise
+PASSES = 50  # of impacts and closings in a rest; in the second half of them all is taken with e = 0
+RESPONSES = 100  # of the step's budget that a stride of time-stepping counts as
 
 
 class Islands:
@@ -47,8 +48,8 @@ class Islands:
         self.all: list[Island] = []
         count = len(scene.x)
         self._stepping = np.zeros(count, dtype=np.bool_)  # whose island has used up its work of the step
-        self._work_done = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest in the step
-        self._at_once = np.zeros(count, dtype=np.int64)  # and of these, at the last time
+        self._work_done = np.zeros(count, dtype=np.int64)  # passes of the step, times the bodies that took part
+        self._at_once = np.zeros(count, dtype=np.int64)  # how often bodies were asked to rest at the last time
         self._last = np.full(count, -1.0)  # which is this [s]
         self._stride = np.inf  # of time-stepping [s]
 
@@ -90,6 +91,7 @@ class Islands:
             return self._stride_off(touching.members, time, until)
         found = judge(self.resting, touching, time, plastic=False)
         for turn in range(PASSES):
+            self._work_done[touching.members] += max(len(touching.members), LARGE)
             if found.hard.any():
                 possible = bounce(self.resting, touching, found)
             elif found.closing.any() or found.stick.any():
@@ -104,14 +106,18 @@ class Islands:
         return self._take_off(held, found.force[found.inside], time, until)
 
     def _is_spent(self, members: Rows, time: float) -> bool:
-        """Counts a rest of these bodies; whether they have come to rest too often to go on by flights in this step."""
+        """Notes a rest of these bodies; whether they have done too much to go on by flights in this step."""
         again = self._last[members] == time
-        self._work_done[members] += max(len(members), LARGE)
         self._at_once[members] = np.where(again, self._at_once[members] + 1, 0)
         self._last[members] = time
-        often = (self._work_done[members] > MOST_RESTS * LARGE) | (self._at_once[members] > MOST_AT_ONCE)
+        often = (self._work_done[members] > MOST_PASSES * LARGE) | (self._at_once[members] > MOST_AT_ONCE)
         self._stepping[members] |= bool(often.any())
         return bool(self._stepping[members].any())
+
+    def joined_to(self, bodies: Rows) -> Rows:
+        """These bodies and all that are in islands with them."""
+        met = [island.members for island in self.all if np.isin(island.members, bodies).any()]
+        return np.unique(np.concatenate([bodies, *met]))
 
     def leave(self, bodies: Rows, time: float) -> None:
         """Islands of these bodies end; their bodies are on free flights from `time` [s] on."""
@@ -199,6 +205,7 @@ class Islands:
         found = self._gather(seeds, time, h)
         found = found.of(found.near | ~found.elastic)
         come_off(resting, found, time)
+        resting.queue.tally[LEFT] -= RESPONSES
         island = stride(resting, found, time, h)
         if island is None:
             return False

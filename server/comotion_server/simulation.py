@@ -108,6 +108,8 @@ class Simulation:
 
         Raises:
             StepInputError: an input that cannot be used; the state is untouched.
+            OverlapError: two bodies were put into each other; the state stays where that was found, and a
+                checkpoint goes back.
         """
         dt = check_dt(dt)
         given = self._wrenches(forces, wrenches)

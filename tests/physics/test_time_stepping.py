@@ -20,7 +20,7 @@ FLAT = Free(locked=(False, False, True, True, True, False))
 @pytest.fixture
 def no_flights(monkeypatch):
     """All that rests goes on by time-stepping: how many such steps were taken, in a list of one number."""
-    monkeypatch.setattr(comotion_server.islands, "MOST_RESTS", -1)
+    monkeypatch.setattr(comotion_server.islands, "MOST_PASSES", -1)
     taken, stride = [0], comotion_server.islands.stride
 
     def counting(*args):
@@ -45,7 +45,7 @@ def cut_short(monkeypatch):
     return times
 
 
-def crowd(speed, walls=0.0):
+def crowd(speed, walls=0.0, **collisions):
     """Twelve hexagons at random velocities among four planes, two of which close in."""
     mesh = TriangleMesh(*floe_mesh(0.25, 0.1))
     random = np.random.default_rng(5)
@@ -68,7 +68,7 @@ def crowd(speed, walls=0.0):
         plane("east", (-1.0, 0.0, 0.0), (1.95, 0.0, 0.0), (-walls, 0.0, 0.0)),
         plane("west", (1.0, 0.0, 0.0), (-0.3, 0.0, 0.0), (walls, 0.0, 0.0)),
     ]
-    return scene_of(*floes, *sides, restitution=0.0)
+    return scene_of(*floes, *sides, restitution=0.0, **collisions)
 
 
 def pushed(dt):
@@ -88,7 +88,7 @@ def pushed(dt):
 def test_it_is_of_first_order(monkeypatch):
     """Measured: 1.9e-4 m at 50 ms, 1.1e-5 m at 1.6 ms."""
     exact = pushed(0.05)
-    monkeypatch.setattr(comotion_server.islands, "MOST_RESTS", -1)
+    monkeypatch.setattr(comotion_server.islands, "MOST_PASSES", -1)
     long, short = (np.abs(pushed(0.05 / parts) - exact).max() for parts in (1, 16))
     assert 0.0 < long < 1e-3
     assert short < 0.2 * long
@@ -170,3 +170,16 @@ def test_it_takes_energy(no_flights):
     assert no_flights[0] > 0
     assert np.diff(energies).max() <= 1e-7 * energies[0]
     assert energies[-1] < 0.2 * energies[0]
+
+
+@pytest.mark.usefixtures("no_flights")
+def test_a_used_up_budget_holds_what_is_left():
+    """Pressed floes that ask for too much work stay where they are; the step ends, without overlap, and says so."""
+    sim = Simulation(crowd(0.1, walls=0.25, budget=200))
+    replies = []
+    for _ in range(20):
+        replies.append(sim.step(0.05))
+        assert smallest_gap(sim) > 0.0
+    assert replies[-1].budget.exhausted
+    assert replies[-1].budget.used < 1000
+    assert np.abs(sim.bodies.velocity[np.isfinite(sim.bodies.mass)]).max() < 1.0

@@ -81,6 +81,18 @@ def test_a_cube_on_seven_thousand_jittered_triangles_has_the_normal_of_the_face_
         assert set(both.column("feature")[:, 0]) == {0, 1, 2, 3}
 
 
+def test_two_cubes_face_to_face_have_the_normal_of_a_face():
+    """Their other faces meet in edges that are as near, or nearer by rounding: a worse direction."""
+    rng = np.random.default_rng(3)
+    for tilt in (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11):
+        for _ in range(10):
+            R = turn(rng.normal(size=3), rng.uniform(0.0, pi))
+            other = turn(rng.normal(size=3), tilt) @ R
+            both = Touching([CUBE, CUBE], [np.zeros(3), (1.0 + GAP) * R[:, 0]], [R, other])
+            assert both.count == 4
+            np.testing.assert_allclose(both.column("normal"), np.tile(R[:, 0], (4, 1)), atol=tilt + ROUNDING)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_the_patch_of_two_prisms_is_the_overlap_of_their_faces(seed):
     rng = np.random.default_rng(seed)

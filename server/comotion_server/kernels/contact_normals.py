@@ -125,20 +125,22 @@ def are_tops(m, shape_a, shape_b, R, t, pair, n, slope):
 
 @lean_jit
 def note_direction(R, pair, n, owner, slope, directions, count):
-    """Put a direction among those found, in the place of one alike if that comes from farther off; how many, or FULL.
+    """Put a direction among those found, in the place of one alike if that is worse; how many, or FULL.
 
+    Faces give better ones than closest points, whose rounding counts as much as they are near; then the nearer pair.
     slope: sine below which two directions are one.
     """
-    place = count
+    place, least = count, pair.distance
     for d in range(count):
         if is_level(row(directions.normal, d), n, slope):
-            if pair.distance >= directions.least[d]:
+            of_faces, before = owner != OF_NONE, directions.owner[d] != OF_NONE
+            if before > of_faces or (before == of_faces and pair.distance >= directions.least[d]):
                 return count
-            place = d
+            place, least = d, min(least, directions.least[d])
             break
     if place == len(directions.least):
         return FULL
     directions.normal[place], directions.normal_b[place] = n, scaled(rotated_back(R, n), -1.0)
-    directions.owner[place], directions.least[place] = owner, pair.distance
+    directions.owner[place], directions.least[place] = owner, least
     directions.triangle[place] = pair.i if owner == OF_A else pair.j
     return max(count, place + 1)

@@ -251,7 +251,7 @@ def _hit(queue, scene, rules, k, time):
     """Answer the hit of pair k: DONE, or why the caller must go on."""
     cluster, tally = queue.cluster, queue.tally
     tally[ROW], tally[ANSWERED] = k, 0
-    if tally[LEFT] == 0:
+    if tally[LEFT] <= 0:
         return SPENT
     gather(queue, scene, k, time)
     if not contacts_of(queue, scene, rules):

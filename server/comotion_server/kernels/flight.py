@@ -207,7 +207,8 @@ def begin_axis(flights, i, wx, wy, wz):
 @lean_jit
 def begin(flights, bodies, i, time, x, v, R, L, w):
     """Body i takes off at local `time` from its state, under the acceleration and torque its flight already holds."""
-    orthonormalise(R)
+    if w[0] != 0.0 or w[1] != 0.0 or w[2] != 0.0:
+        orthonormalise(R)
     flights.origin[i] = time
     for k in range(3):
         flights.position[i, k], flights.velocity[i, k], flights.momentum[i, k] = x[k], v[k], L[k]
