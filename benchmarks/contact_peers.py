@@ -6,11 +6,11 @@ from time import perf_counter
 import ipctk
 import numpy as np
 
+from comotion_server.kernels.impact_query import FINDINGS, MEETS, QUERIES, TIME, new_memory
 from comotion_server.kernels.jit import jit
 from comotion_server.kernels.mesh_pair import closest_points
 from comotion_server.kernels.motion_bounds import approach_line, covering_time, relate, settle, take_over
-from comotion_server.kernels.pair_window import QUERIES
-from comotion_server.kernels.time_of_impact import FINDINGS, MEETS, TIME, advance, new_memory
+from comotion_server.kernels.time_of_impact import advance
 from comotion_server.kernels.vectors import add, cross, dot, sub
 
 MOST_QUERIES = 100_000

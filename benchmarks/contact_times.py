@@ -39,8 +39,9 @@ from comotion_server.geometry import Motion, time_of_impact
 from comotion_server.geometry.contact_time import default_tolerance, near_distance
 from comotion_server.geometry.motion import flights_of
 from comotion_server.geometry.prepared_pair import arrays_of
+from comotion_server.kernels.impact_query import COUNTS, PAIRS, STEPS, WINDOWS
 from comotion_server.kernels.linear_impact import linear_impacts
-from comotion_server.kernels.pair_window import COUNTS, PAIRS, STEPS, WINDOWS, new_work
+from comotion_server.kernels.pair_window import new_work
 from comotion_server.meshes import TriangleMesh, box
 
 SHARES = {"convex": 0.3, "ell": 0.3, "linked": 0.25, "bullet": 0.03, "fast spin": 0.12}

@@ -3,8 +3,9 @@
 import numpy as np
 from mesh_forms import cube
 
-from comotion_server.kernels.contact_manifold import manifold, new_patch_work
+from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.contacts import new_contacts
+from comotion_server.kernels.flat_contact import new_patch_work
 from comotion_server.kernels.solids import MESH, PLANE, Solids
 from comotion_server.meshes.mesh_store import MeshStore
 from comotion_server.meshes.triangle_mesh import TriangleMesh

@@ -6,9 +6,9 @@ from math import inf
 import numpy as np
 
 from comotion_server.geometry.contact_time import near_distance
-from comotion_server.kernels.contact_manifold import new_patch_work
 from comotion_server.kernels.event_queue import begin_step, play, start
 from comotion_server.kernels.event_scene import LEFT, Rules, Scene, new_queue
+from comotion_server.kernels.flat_contact import new_patch_work
 from comotion_server.kernels.flight import (
     SPIN_FREE,
     SPIN_NONE,

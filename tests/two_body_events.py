@@ -8,20 +8,22 @@ import numpy as np
 from comotion_server.geometry.motion import flights_of
 from comotion_server.kernels.flight import begin, fly
 from comotion_server.kernels.impact import impulse_of, push
-from comotion_server.kernels.mesh_pair import closest_points, work_space
-from comotion_server.kernels.motion_bounds import relate
-from comotion_server.kernels.pair_window import COUNTS, LONGEST, new_work
-from comotion_server.kernels.time_of_impact import (
+from comotion_server.kernels.impact_query import (
+    COUNTS,
+    LONGEST,
     MEETS,
     NORMAL,
     POINT_A,
     POINT_B,
     TIME,
     TOUCHES,
-    advance,
     forget_flight,
     new_memory,
 )
+from comotion_server.kernels.mesh_pair import closest_points, work_space
+from comotion_server.kernels.motion_bounds import relate
+from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.time_of_impact import advance
 from comotion_server.meshes.mesh_store import MeshStore
 
 FLOOR = 3.0  # times the speed of a hop as high as the tolerance

@@ -1,18 +1,15 @@
 """A world as the event queue takes it: its shapes, its rules of impact, and room for what the queue remembers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import inf
 
 import numpy as np
 
-from comotion_server.geometry.contact_time import ROUNDINGS, near_distance
-from comotion_server.kernels.contact_manifold import new_patch_work
 from comotion_server.kernels.event_scene import Queue, Rules, Scene, new_queue
 from comotion_server.kernels.impact_cluster import SEQUENTIAL, TOGETHER
-from comotion_server.kernels.mesh_arrays import MeshArrays
-from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.impact_query import ROUNDINGS
 from comotion_server.kernels.solids import CAPSULE, CYLINDER, MESH, PIPE, PLANE, RADIUS, SPHERE, Solids
-from comotion_server.meshes import TriangleMesh, box
+from comotion_server.meshes import TriangleMesh
 from comotion_server.scene import Capsule, Curved, Cylinder, Pipe, Plane, Sphere
 from comotion_server.scene import Scene as SceneModel
 from comotion_server.world import World
@@ -32,22 +29,24 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
         TypeError: there are shapes that do not meet in this version.
     """
     count = len(shapes)
-    meshes = [shape for shape in shapes if isinstance(shape, TriangleMesh)]
+    meshes = {i: shape for i, shape in enumerate(shapes) if isinstance(shape, TriangleMesh)}
     curved = [shape for shape in shapes if isinstance(shape, Curved)]
     by_steps = bool(meshes) or any(isinstance(shape, Capsule | Cylinder) for shape in curved)
     if by_steps and any(isinstance(shape, Pipe) for shape in curved):
         raise TypeError("pipes meet neither meshes, capsules nor cylinders in this version")
     mixed = by_steps and bool(curved)
-    stored = meshes or ([box([1.0, 1.0, 1.0])] if mixed else [])  # a mixed scene is compiled for meshes
-    arrays, numbers = _stored(stored) if stored else (None, iter(()))
     core = np.zeros(count) if mixed else None
     kind, number, normal = np.full(count, MESH), np.full(count, -1), np.zeros((count, 3))
     radius, near = np.full(count, inf), np.full(count, inf)
     size, axis = np.zeros((count, 4)), np.zeros((count, 3))
+    arrays = None
+    if meshes or mixed:
+        from comotion_server.mesh_scene import stored
+
+        rows = list(meshes)
+        arrays, number[rows], radius[rows], near[rows] = stored(list(meshes.values()))
     for i, shape in enumerate(shapes):
-        if isinstance(shape, TriangleMesh):
-            number[i], radius[i], near[i] = next(numbers), 0.5 * shape.size, near_distance(shape)
-        elif isinstance(shape, Plane):
+        if isinstance(shape, Plane):
             kind[i], normal[i] = PLANE, shape.normal
         elif isinstance(shape, Sphere):
             kind[i], radius[i], size[i, RADIUS] = SPHERE, shape.radius, shape.radius
@@ -62,18 +61,10 @@ def solids_of(shapes: Sequence[Shape]) -> Solids:
             half = 0.5 * shape.length
             kind[i], radius[i], axis[i, shape.axis] = PIPE, np.hypot(shape.outer_radius, half), 1.0
             size[i] = shape.inner_radius, shape.outer_radius, half, shape.caps
-        else:
+        elif not isinstance(shape, TriangleMesh):
             raise TypeError(f"a {shape.kind} collides with nothing in this version")
     cylinders = np.ones(1, dtype=bool) if (kind == CYLINDER).any() else None
     return Solids(arrays, kind, number, normal, radius, near, size, axis, core, cylinders)
-
-
-def _stored(meshes: Sequence[TriangleMesh]) -> tuple[MeshArrays, Iterator[int]]:
-    """All meshes as the kernels take them, and the number of each."""
-    from comotion_server.meshes.mesh_store import MeshStore
-
-    store = MeshStore.build(meshes)
-    return store.arrays, iter(store.shape_of_mesh.tolist())
 
 
 def rules_of(scene: SceneModel) -> Rules:
@@ -106,6 +97,11 @@ def queue_of(world: World, solids: Solids) -> Queue:
     """A queue that knows no pairs yet."""
     finite = np.isfinite(solids.radius)
     extent = np.abs(world.state.position[finite]).max(axis=1, initial=0.0) + solids.radius[finite]
+    work, patch_work = None, None
+    if solids.meshes is not None:
+        from comotion_server.mesh_scene import rooms_for_meshes
+
+        work, patch_work = rooms_for_meshes()
     grain = np.full(world.body_count, ROUNDINGS * np.spacing(max(extent, default=1.0)))
     queue: Queue = new_queue(
         world.state.position,
@@ -115,6 +111,7 @@ def queue_of(world: World, solids: Solids) -> Queue:
         PAIRS_PER_BODY * world.body_count + 100,
         CONTACT_ROOM,
         LOG_ROOM,
-        *((None, None) if solids.meshes is None else (new_work(), new_patch_work())),
+        work,
+        patch_work,
     )
     return queue

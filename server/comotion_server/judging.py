@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.contact_normals import FULL
-from comotion_server.kernels.contacts import Contacts
+from comotion_server.kernels.contacts import FULL, Contacts
 from comotion_server.kernels.event_cluster import reaches
 from comotion_server.kernels.event_queue import CONTACTS_FULL
 from comotion_server.kernels.event_scene import DELTA, PAIRS

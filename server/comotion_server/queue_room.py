@@ -5,11 +5,9 @@ from typing import Any
 import numpy as np
 
 from comotion_server.kernels import event_queue as events
-from comotion_server.kernels.contact_hull import PatchPoints
-from comotion_server.kernels.contact_manifold import PatchWork
-from comotion_server.kernels.contact_normals import Directions
 from comotion_server.kernels.event_heap import Heap
 from comotion_server.kernels.event_scene import Gathered, Queue
+from comotion_server.kernels.mesh_room import Directions, PatchPoints, PatchWork
 from comotion_server.kernels.pair_memory import Pairs, new_pairs
 
 

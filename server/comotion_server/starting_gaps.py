@@ -4,19 +4,13 @@ Rule `exact` needs a gap between all bodies. Whoever puts a box on a floor puts 
 mesh file can say it, so overlaps up to a millionth of the smaller body are taken as contact.
 """
 
-from math import inf
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_scene import DELTA, Queue, Scene
-from comotion_server.kernels.penetration import overlap_depth
-from comotion_server.kernels.solid_impact import are_flat, round_gap
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth, smooth_gap
-from comotion_server.nesting import INSIDE, nested
 from comotion_server.scene import Problem, SceneError
 from comotion_server.world import World
 
@@ -38,6 +32,8 @@ def open_gaps(world: World, scene: Scene, queue: Queue) -> None:
     pairs = queue.pairs.bodies
     rows = [k for k in np.flatnonzero(pairs[:, 0] >= 0).tolist() if scene.bodies.reacts[pairs[k]].any()]
     if scene.solids.meshes is not None:
+        from comotion_server.nesting import INSIDE, nested
+
         solid = [k for k in rows if (scene.solids.kind[pairs[k]] != PLANE).all()]
         for inner, outer in nested(scene.solids.meshes, scene.solids.shape, pairs[solid], scene.x, scene.R):
             raise SceneError([_problem(world, inner, outer, INSIDE)])
@@ -75,26 +71,11 @@ def _part(world: World, scene: Scene, a: int, b: int, way: tuple[Array, float], 
 
 def _way_out(scene: Scene, queue: Queue, k: int, gap: float) -> tuple[Array, float]:
     """The direction (3,) from a to b of pair k, world, along which the bodies overlap least, and how much [m]."""
-    solids, witness = scene.solids, queue.pairs.witness[k]
+    solids = scene.solids
     a, b = queue.pairs.bodies[k].tolist()
-    m: Any = solids.meshes  # None only where all bodies are smooth
     if are_smooth(solids, a, b):
         depth, normal = smooth_gap(solids, a, b, tuple(scene.x[a]), tuple(scene.x[b]), scene.R[a], scene.R[b])
         return np.array(normal), -depth
-    if not are_flat(solids, a, b):
-        work: Any = queue.work  # likewise
-        depth, normal = round_gap(solids, a, b, scene.x, scene.R, inf, witness, work.walk)
-        return np.array(normal), -depth
-    for plane, sign in ((a, 1.0), (b, -1.0)):
-        if solids.kind[plane] == PLANE:
-            return sign * scene.R[plane] @ solids.normal[plane], max(-gap, 0.0)
-    i, j = witness.tolist()
-    ways = [scene.R[a] @ m.normals[i], -scene.R[b] @ m.normals[j], scene.x[b] - scene.x[a]]
-    ways = [way / np.linalg.norm(way) for way in ways if way.any()]
-    if gap > 0.0:
-        return min(ways, key=lambda way: -abs(float(way @ ways[0]))), -gap
-    shapes = solids.shape[a], solids.shape[b]
-    poses = scene.x[a], scene.R[a], scene.x[b], scene.R[b]
-    depths = [float(overlap_depth(m, *shapes, *poses, way)) for way in ways]
-    least = int(np.argmin(depths))
-    return ways[least], depths[least]
+    from comotion_server.mesh_scene import way_out
+
+    return way_out(scene, queue, k, gap)

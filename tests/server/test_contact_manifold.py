@@ -20,13 +20,13 @@ from contact_forms import (
 from mesh_forms import sphere, torus
 
 from comotion_server.kernels.contact_manifold import gap_of_pair
-from comotion_server.kernels.contact_normals import FULL
 from comotion_server.kernels.contacts import (
     CORNER_FACE,
     CROSSING_A,
     CROSSING_B,
     EDGES,
     FACE_CORNER,
+    FULL,
     POINTS,
     new_contacts,
 )

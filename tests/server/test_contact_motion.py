@@ -7,8 +7,7 @@ import pytest
 from contact_forms import GAP, UPRIGHT, Touching, centred_cube, ell, extruded, slab, solids_of, turn
 from moving_forms import FIRST, SECOND, Flight, line_gap, unit
 
-from comotion_server.kernels.contact_manifold import ON_FEATURE
-from comotion_server.kernels.contact_motion import KEPT, refresh
+from comotion_server.kernels.contact_motion import refresh
 from comotion_server.kernels.contacts import (
     CORNER_FACE,
     CROSSING_A,
@@ -18,6 +17,8 @@ from comotion_server.kernels.contacts import (
     POINTS,
     new_contacts,
 )
+from comotion_server.kernels.flat_contact import ON_FEATURE
+from comotion_server.kernels.flat_motion import KEPT
 
 # Central differences of eighth order, with rates about 1. The directions of two edges or points change faster than
 # those of faces, so their steps are shorter; what rounding then leaves is 1e-15 / step^k.

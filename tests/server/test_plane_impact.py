@@ -9,11 +9,10 @@ from triangle_families import turn
 
 from comotion_server.geometry.motion import Motion, flights_of
 from comotion_server.kernels.flight import fly
-from comotion_server.kernels.pair_window import COUNTS, STEPS, new_work
-from comotion_server.kernels.plane_impact import advance_plane
-from comotion_server.kernels.time_of_impact import (
+from comotion_server.kernels.impact_query import (
     CLOSING,
     CONTACT_TIME,
+    COUNTS,
     FINDINGS,
     GAP,
     LATER,
@@ -23,11 +22,14 @@ from comotion_server.kernels.time_of_impact import (
     OVERLAPS,
     POINT_A,
     POINT_B,
+    STEPS,
     TIME,
     TOUCHES,
-    advance,
     new_memory,
 )
+from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.plane_impact import advance_plane
+from comotion_server.kernels.time_of_impact import advance
 from comotion_server.meshes import TriangleMesh
 from comotion_server.meshes.mesh_store import MeshStore
 

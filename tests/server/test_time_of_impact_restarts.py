@@ -7,8 +7,7 @@ from two_body_events import TwoBodies
 
 from comotion_server.geometry.contact_time import near_distance
 from comotion_server.geometry.motion import Motion
-from comotion_server.kernels.pair_window import COUNTS
-from comotion_server.kernels.time_of_impact import LATER, MEETS, NONE, TOUCHES
+from comotion_server.kernels.impact_query import COUNTS, LATER, MEETS, NONE, TOUCHES
 from comotion_server.meshes import TriangleMesh, box, mass_properties
 
 TOLERANCE = 1e-9

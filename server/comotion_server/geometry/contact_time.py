@@ -12,18 +12,20 @@ import numpy as np
 from comotion_server.geometry.motion import Motion, MotionError, flights_of
 from comotion_server.geometry.prepared_pair import arrays_of
 from comotion_server.kernels.flight import ATTITUDE_TOLERANCE
-from comotion_server.kernels.pair_window import COUNTS, new_work
-from comotion_server.kernels.time_of_impact import (
+from comotion_server.kernels.impact_query import (
     CLOSING,
     CONTACT_TIME,
+    COUNTS,
     FINDINGS,
     GAP,
     NORMAL,
     POINT_A,
     POINT_B,
-    advance,
+    ROUNDINGS,
     new_memory,
 )
+from comotion_server.kernels.pair_window import new_work
+from comotion_server.kernels.time_of_impact import advance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
 
 STATUSES = ("none", "hit", "touching", "overlapping", "later", "budget", "stalled")  # in the order of the kernel's
 RELATIVE_TOLERANCE = 1e-9  # of the smaller body's diameter; larger: contacts come earlier, by tolerance / closing speed
-ROUNDINGS = 64.0  # of a coordinate that the tolerance is at least; below about 8 no step towards a contact is safe
 NEAR_EDGE = 0.1  # of the median edge: the distance at which windows begin; larger: more triangles in a window
 NEAR_SIZE = 0.003  # of the diameter, likewise
 BUDGET = 100_000  # distance queries and steps of triangle pairs: seconds; an ordinary query takes about fifty

@@ -1,4 +1,10 @@
-"""Kernels that are chosen when they are compiled, by what shapes a scene has: what it does not have is not compiled."""
+"""Kernels that are chosen when they are compiled, by what shapes a scene has: what it lacks is not even imported.
+
+They are named as "module.function" of this package.
+"""
+
+from functools import cache
+from importlib import import_module
 
 from numba.core import types
 from numba.extending import overload
@@ -9,41 +15,45 @@ from comotion_server.kernels.jit import OPTIONS
 def by_shapes(flat, smooth, mixed):
     """A kernel with `solids` first: one of these three, by what the scene has.
 
-    flat: meshes and planes; smooth: no meshes; mixed: round shapes whose contact times have no closed form, or which
-    stand beside meshes. `Solids.meshes` and `Solids.core` are None where there are none, a type of its own to numba.
+    flat: name, for meshes and planes; smooth: the kernel itself, for no meshes; mixed: name, for round shapes whose
+    contact times have no closed form, or which stand beside meshes. `Solids.meshes` and `Solids.core` are None where
+    there are none, a type of its own to numba.
     """
 
-    def chosen(solids, *rest):
-        kernel = mixed if solids.core is not None else smooth if solids.meshes is None else flat
-        return kernel(solids, *rest)
+    def choose(lacks):
+        return _named(mixed) if not lacks("core") else smooth if lacks("meshes") else _named(flat)
 
-    def choose(solids, *_):
-        lacks = [isinstance(solids[solids.fields.index(name)], types.NoneType) for name in ("core", "meshes")]
-        kernel = mixed if not lacks[0] else smooth if lacks[1] else flat
-
-        def call(solids, *rest):
-            return kernel(solids, *rest)
-
-        return call
-
-    overload(chosen, strict=False, jit_options=OPTIONS | {"_nrt": False})(choose)
-    return chosen
+    return _chosen(choose)
 
 
 def by_cylinders(without, beside):
-    """A kernel with `solids` first: one of these two, by whether the scene has cylinders."""
+    """A kernel with `solids` first: `without` itself, or `beside`, a name, by whether the scene has cylinders."""
+
+    def choose(lacks):
+        return without if lacks("has_cylinders") else _named(beside)
+
+    return _chosen(choose)
+
+
+@cache
+def _named(name):
+    module, function = name.split(".")
+    return getattr(import_module(f"comotion_server.kernels.{module}"), function)
+
+
+def _chosen(choose):
+    """A function of `solids` and the rest that numba replaces by the kernel that is chosen when it is compiled."""
 
     def chosen(solids, *rest):
-        return (without if solids.has_cylinders is None else beside)(solids, *rest)
+        return choose(lambda name: getattr(solids, name) is None)(solids, *rest)
 
-    def choose(solids, *_):
-        lacks = isinstance(solids[solids.fields.index("has_cylinders")], types.NoneType)
-        kernel = without if lacks else beside
+    def chosen_by_types(solids, *_):
+        kernel = choose(lambda name: isinstance(solids[solids.fields.index(name)], types.NoneType))
 
         def call(solids, *rest):
             return kernel(solids, *rest)
 
         return call
 
-    overload(chosen, strict=False, jit_options=OPTIONS | {"_nrt": False})(choose)
+    overload(chosen, strict=False, jit_options=OPTIONS | {"_nrt": False})(chosen_by_types)
     return chosen

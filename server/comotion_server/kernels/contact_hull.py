@@ -10,27 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_normals import FULL
-from comotion_server.kernels.contacts import FEATURES
+from comotion_server.kernels.contacts import FEATURES, FULL
 from comotion_server.kernels.jit import jit, lean_jit
+from comotion_server.kernels.mesh_room import PatchPoints
 from comotion_server.kernels.vectors import along, cross, dot, sub, unit
 
 POINTS_AT_FIRST = 4096
 NONE = np.int64(-1)  # in the place of a feature; a plain -1 is a type of its own, for which all would be compiled anew
 
 Vector = tuple[float, float, float]
-
-
-class PatchPoints(NamedTuple):
-    """Points of contact of one patch; vectors in the axes of a `View`."""
-
-    kind: np.ndarray  # (k,) int64 as in `contacts`
-    feature: np.ndarray  # (k,FEATURES) int64
-    point_a: np.ndarray  # (k,3) [m]
-    point_b: np.ndarray  # (k,3) [m]
-    gap: np.ndarray  # (k,) [m]
-    place: np.ndarray  # (k,2) in the plane of contact [m]
-    order: np.ndarray  # (3 k,) int64 for `hull`
 
 
 class View(NamedTuple):

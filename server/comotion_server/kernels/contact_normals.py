@@ -9,15 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.features import EDGE, feature_at
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import is_level, is_top
 from comotion_server.kernels.mesh_pair import corners
+from comotion_server.kernels.mesh_room import Directions
 from comotion_server.kernels.pair_impact import EXPLAINS, ROUNDING, contact_normal
 from comotion_server.kernels.pair_impact_bounds import Points, Vector
 from comotion_server.kernels.vectors import add, along, dot, length, rotated, rotated_back, row, scaled, sub, unit
 
-FULL = -1  # in the place of a number: there are more than there is room for
 PATCHES_AT_FIRST = 256
 OF_A, OF_B, OF_NONE = 0, 1, 2  # whose face gives a direction
 
@@ -38,16 +39,6 @@ class Nearest(NamedTuple):
     n: Vector  # unit, from a to b
     i: int  # triangle of a
     j: int  # triangle of b
-
-
-class Directions(NamedTuple):
-    """Directions of contact."""
-
-    normal: np.ndarray  # (d,3) unit, from a to b, in the axes of a
-    normal_b: np.ndarray  # (d,3) the other way, in the axes of b
-    owner: np.ndarray  # (d,) int64 OF_A, OF_B or OF_NONE
-    triangle: np.ndarray  # (d,) int64 with that normal; of the owner
-    least: np.ndarray  # (d,) least distance of a pair with this direction [m]
 
 
 @jit

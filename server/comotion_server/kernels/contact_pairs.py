@@ -11,7 +11,6 @@ import numpy as np
 
 from comotion_server.kernels.boxes import box_gap, divides_a, highest
 from comotion_server.kernels.contact_normals import (
-    FULL,
     Nearest,
     are_tops,
     direction_of,
@@ -21,6 +20,7 @@ from comotion_server.kernels.contact_normals import (
     two_triangles,
 )
 from comotion_server.kernels.contact_overlap import lies_over
+from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.hierarchy import STACK_SIZE
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.level_faces import is_level

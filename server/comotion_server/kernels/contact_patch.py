@@ -11,7 +11,7 @@ Triangles, and with them lines within a flat face, leave no trace: only sharp ed
 from typing import NamedTuple
 
 from comotion_server.kernels.contact_hull import NONE, add_point
-from comotion_server.kernels.contact_normals import FULL, OF_A, OF_B, gap_along, two_triangles
+from comotion_server.kernels.contact_normals import OF_A, OF_B, gap_along, two_triangles
 from comotion_server.kernels.contact_overlap import (
     Side,
     corners_over_corners,
@@ -23,7 +23,7 @@ from comotion_server.kernels.contact_overlap import (
     on_edge,
     point_on_edge,
 )
-from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, CROSSING_B, EDGES, FACE_CORNER, POINTS
+from comotion_server.kernels.contacts import CORNER_FACE, CROSSING_A, CROSSING_B, EDGES, FACE_CORNER, FULL, POINTS
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import is_corner, is_edge, is_level
 from comotion_server.kernels.vectors import along, rotated, rotated_back, row, scaled, sub

@@ -22,6 +22,7 @@ LINE_CORNER = 11  # the same over a corner; features: -1, vertex
 CORES = 12  # two round bodies; features: of a and of b, which ball, or -1 where its middle line is met between its ends
 PARTS = 13  # beside a cylinder; features: part of a and its number (`body_parts`), the same of b, which crossing
 
+FULL = -1  # in the place of a number: there are more than there is room for
 FEATURES = 5  # per contact: indices over all shapes, -1 where there is none
 
 

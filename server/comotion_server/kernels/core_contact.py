@@ -8,10 +8,10 @@ the rows. Legend: D offset of b's centre from a's, P and Q points of the cores f
 from math import inf
 
 from comotion_server.kernels.ball_contact import arm_of, balls_of
-from comotion_server.kernels.contacts import CORES
+from comotion_server.kernels.contacts import CORES, FULL
 from comotion_server.kernels.curved_cores import core_parameters
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.round_contact import FOUND, FULL, LINE, SAME, small_size
+from comotion_server.kernels.round_contact import FOUND, LINE, SAME, small_size
 from comotion_server.kernels.solids import CAPSULE, HALF_LENGTH, RADIUS, SPHERE
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, row, scaled, sub, unit

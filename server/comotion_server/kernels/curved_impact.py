@@ -20,29 +20,28 @@ from comotion_server.kernels.by_shapes import by_cylinders
 from comotion_server.kernels.curved_gap import curved_gap
 from comotion_server.kernels.curved_mesh_gap import box_bound, curved_mesh_gap
 from comotion_server.kernels.curved_triangles import triangle_gap
-from comotion_server.kernels.face_time import face_time, no_time
+from comotion_server.kernels.impact_query import (
+    LATER,
+    MEETS,
+    NONE,
+    OVERLAPS,
+    QUERIES,
+    SPENT,
+    STALLS,
+    STEPS,
+    STILL,
+    TARGET,
+    TIME,
+    TOUCHES,
+)
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.line_time import line_time as time_beside
 from comotion_server.kernels.mesh_pair import corners
 from comotion_server.kernels.motion_bounds import relate, sphere_time, spins_over, take_over
 from comotion_server.kernels.pair_impact import Touch, come_down
-from comotion_server.kernels.pair_window import QUERIES, STEPS
 from comotion_server.kernels.plane_impact import line_time
 from comotion_server.kernels.solids import CYLINDER, HALF_LENGTH, MESH, PLANE, RADIUS, SPHERE
-from comotion_server.kernels.time_of_impact import (
-    LATER,
-    MEETS,
-    NONE,
-    OVERLAPS,
-    SPENT,
-    STALLS,
-    STILL,
-    TARGET,
-    TIME,
-    TOUCHES,
-    TURN,
-    write_findings,
-)
+from comotion_server.kernels.time_of_impact import TURN, write_findings
 from comotion_server.kernels.vectors import ZERO, add, along, cross, dot, length, rotated, row, scaled, sub
 
 Vector = tuple[float, float, float]
@@ -212,7 +211,13 @@ def _opening(course, n, foot, gap):
     return dot(n, add(course.velocity, cross(course.turn, arm)))
 
 
-_face_time = by_cylinders(no_time, face_time)
+@lean_jit
+def _no_time(*_):
+    """There are no faces."""
+    return 0.0
+
+
+_face_time = by_cylinders(_no_time, "face_time.face_time")
 
 
 @lean_jit

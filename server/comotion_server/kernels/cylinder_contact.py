@@ -28,13 +28,13 @@ from comotion_server.kernels.body_parts import (
     meeting,
     part_of,
 )
-from comotion_server.kernels.contacts import PARTS
+from comotion_server.kernels.contacts import FULL, PARTS
 from comotion_server.kernels.curved_points import part_across, some_perpendicular
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import follow
+from comotion_server.kernels.mixed_impact import round_gap
 from comotion_server.kernels.part_motion import bias_of
-from comotion_server.kernels.round_contact import FOUND, FULL, SAME, small_size
-from comotion_server.kernels.solid_impact import round_gap
+from comotion_server.kernels.round_contact import FOUND, SAME, small_size
 from comotion_server.kernels.solids import CAPSULE, CYLINDER, PLANE
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import (
@@ -53,12 +53,6 @@ from comotion_server.kernels.vectors import (
 
 TIPS = 16  # points of a rim that stand for a face
 ALIKE = 0.9  # cosine between normals of one and the same row
-
-
-@lean_jit
-def has_cylinder(solids, a, b):
-    """Whether one of two bodies is a cylinder."""
-    return solids.kind[a] == CYLINDER or solids.kind[b] == CYLINDER
 
 
 @lean_jit

@@ -21,14 +21,15 @@ from comotion_server.kernels.body_parts import (
     do_cross,
     part_of,
 )
+from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.curved_mesh_gap import box_bound
 from comotion_server.kernels.curved_triangles import triangle_gap
-from comotion_server.kernels.cylinder_contact import TIPS, is_new, shown, tip_number, try_row
+from comotion_server.kernels.cylinder_contact import TIPS, cylinder_manifold, is_new, shown, tip_number, try_row
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.level_faces import is_top_corner, is_top_edge
 from comotion_server.kernels.mesh_pair import corners
-from comotion_server.kernels.round_contact import FOUND, FULL, SAME, small_size
-from comotion_server.kernels.solids import CYLINDER
+from comotion_server.kernels.round_contact import FOUND, SAME, small_size
+from comotion_server.kernels.solids import CYLINDER, MESH
 from comotion_server.kernels.topology import FLAT
 from comotion_server.kernels.vectors import ZERO, cross, dot, length, rotated, rotated_back, row, scaled, sub
 
@@ -172,3 +173,11 @@ def mesh_and_cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, 
     if count == 0 and least <= reach:
         count = _add_triangle(solids, contacts, first, count, pair, D, R, (reach, limits[1], 1), nearest)
     return count
+
+
+@lean_jit
+def any_and_cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, work):
+    """`manifold` of a cylinder and anything."""
+    if solids.kind[a] == MESH or solids.kind[b] == MESH:
+        return mesh_and_cylinder(solids, a, b, x, R, reach, angle, level, contacts, first, work)
+    return cylinder_manifold(solids, a, b, x, R, reach, angle, level, contacts, first, work)

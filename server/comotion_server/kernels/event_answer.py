@@ -5,8 +5,8 @@ from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.event_scene import BODIES, CONTACTS, CUT_SHORT, DELTA, PAIRS
 from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, collide
 from comotion_server.kernels.impact_log import IMPACTS, ROWS
+from comotion_server.kernels.impact_query import CLOSING
 from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.time_of_impact import CLOSING
 from comotion_server.kernels.vectors import add, cross, dot, length, row, sub
 
 LEVEL = 1.5  # times angle and size: how far apart faces that are level to within the angle may be at their far ends

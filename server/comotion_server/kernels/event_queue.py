@@ -33,6 +33,7 @@ from comotion_server.kernels.event_scene import (
 from comotion_server.kernels.flight import SPIN_NONE, begin, motion_of
 from comotion_server.kernels.impact_cluster import BLOCKED as LAW_BLOCKED
 from comotion_server.kernels.impact_log import ROWS, clear
+from comotion_server.kernels.impact_query import MEETS, OVERLAPS, STALLS, TARGET, TIME, TOUCHES, forget_flight
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.motion_bounds import spin_line
 from comotion_server.kernels.neighbour_cells import is_amid, leaving_time, make_room, neighbours, rooms_meet
@@ -41,15 +42,6 @@ from comotion_server.kernels.pair_memory import NO_ROW, join, part, partner
 from comotion_server.kernels.solid_impact import advance_pair
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import foresee, has_closed_form
-from comotion_server.kernels.time_of_impact import (
-    MEETS,
-    OVERLAPS,
-    STALLS,
-    TARGET,
-    TIME,
-    TOUCHES,
-    forget_flight,
-)
 from comotion_server.kernels.vectors import largest, row
 
 DONE, REST, ISLAND, MERGES, BLOCKED, LOG_FULL, PAIRS_FULL, CONTACTS_FULL, SPENT, STALLED, OVERLAPPING = range(11)

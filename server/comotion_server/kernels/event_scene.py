@@ -4,18 +4,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.contact_manifold import PatchWork
 from comotion_server.kernels.contacts import Contacts, new_contacts
 from comotion_server.kernels.event_heap import Heap, new_heap
 from comotion_server.kernels.flight import Bodies, Flights
 from comotion_server.kernels.impact_cluster import Report, new_report
 from comotion_server.kernels.impact_log import ImpactLog, new_impact_log
+from comotion_server.kernels.impact_query import COUNTS, FINDINGS
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.mesh_room import PatchWork, Work
 from comotion_server.kernels.neighbour_cells import Cells, new_cells
 from comotion_server.kernels.pair_memory import Pairs, new_pairs
-from comotion_server.kernels.pair_window import COUNTS, Work
 from comotion_server.kernels.solids import Solids
-from comotion_server.kernels.time_of_impact import FINDINGS
 
 DELTA = 10.0  # times the tolerance of the time of impact: two bodies touch when their gap is no larger
 

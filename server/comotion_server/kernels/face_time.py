@@ -39,9 +39,3 @@ def face_time(_, course, n, p, q, r, around, down, target, horizon):
     time = _corner_time(course, m, p, around, down, target, horizon)
     time = min(time, _corner_time(course, m, q, around, down, target, horizon))
     return min(time, _corner_time(course, m, r, around, down, target, horizon))
-
-
-@lean_jit
-def no_time(*_):
-    """There are no faces."""
-    return 0.0

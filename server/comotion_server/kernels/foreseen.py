@@ -1,7 +1,7 @@
 """Contacts that come up on the way: of points that have yet to slide on to the face on which they will meet."""
 
 from comotion_server.kernels.contact_manifold import gap_of_pair, manifold
-from comotion_server.kernels.contact_normals import FULL
+from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.flight import fly
 from comotion_server.kernels.jit import jit, lean_jit
 

@@ -5,7 +5,7 @@ from math import inf
 from comotion_server.kernels.cluster_rows import cluster_of, rows_along
 from comotion_server.kernels.contact_manifold import manifold
 from comotion_server.kernels.contact_motion import refresh
-from comotion_server.kernels.contact_normals import FULL
+from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.flight import begin
 from comotion_server.kernels.held_flight import turn_to
 from comotion_server.kernels.jit import jit, lean_jit

@@ -7,12 +7,12 @@ what the bodies have moved since, and the sphere about a mesh over a plane that 
 from math import inf
 
 from comotion_server.kernels.flight import STILL
+from comotion_server.kernels.impact_query import distance_left
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.motion_bounds import Relative, covering_time, first_root, sphere_time
 from comotion_server.kernels.rotation import relative_rotation
 from comotion_server.kernels.solids import PLANE
 from comotion_server.kernels.sphere_impact import are_smooth
-from comotion_server.kernels.time_of_impact import distance_left
 from comotion_server.kernels.vectors import ZERO, dot, length, rotated, rotated_back, row, sub
 
 

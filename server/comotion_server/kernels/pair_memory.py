@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comotion_server.kernels.impact_query import KNOWN, forget_flight, new_memory
 from comotion_server.kernels.jit import jit, lean_jit
-from comotion_server.kernels.time_of_impact import KNOWN, forget_flight, new_memory
 
 NO_ROW = -1
 LONG_AGO = -1e300  # [s] time of the last impact of a pair that had none
@@ -25,7 +25,7 @@ class Pairs(NamedTuple):
     previous: np.ndarray  # (2c,) int64
     free: np.ndarray  # (c,) int64 rows that are free, in the first `free_count` places
     free_count: np.ndarray  # (1,) int64
-    memory: np.ndarray  # (c,MEMORY) of `time_of_impact`
+    memory: np.ndarray  # (c,MEMORY) of `impact_query`
     witness: np.ndarray  # (c,2) int64
     tolerance: np.ndarray  # (c,) gap that counts as contact for the time of impact [m]
     hit_time: np.ndarray  # (c,) local time of the last impact [s]

@@ -11,27 +11,14 @@ import numpy as np
 from comotion_server.kernels.boxes import box_gap, divides_a, highest, lowest
 from comotion_server.kernels.flight import Bodies, Flights
 from comotion_server.kernels.hierarchy import STACK_SIZE
+from comotion_server.kernels.impact_query import LONGEST, PAIRS, STEPS
 from comotion_server.kernels.jit import jit, lean_jit
 from comotion_server.kernels.mesh_pair import corners, corners_moved, work_space
+from comotion_server.kernels.mesh_room import Work
 from comotion_server.kernels.motion_bounds import spins_over
 from comotion_server.kernels.pair_impact import FREE, NO_TOUCH, STALLED, Touch, pair_impact
 from comotion_server.kernels.triangle_distance import closer_points
 from comotion_server.kernels.vectors import cross, dot, rotated_back
-
-QUERIES, WINDOWS, PAIRS, STEPS, LONGEST, COUNTS = 0, 1, 2, 3, 4, 5  # of `counts`: what a query cost
-
-
-class Work(NamedTuple):
-    """Arrays that a query uses; nothing in them means anything before or after."""
-
-    flights: Flights  # of the two bodies
-    bodies: Bodies
-    states: tuple[np.ndarray, ...]  # x (2,3), v (2,3), R (2,3,3), L (2,3), w (2,3) of both bodies, world; (3,)
-    R: np.ndarray  # (3,3) from b's axes to a's
-    states_pair: tuple[np.ndarray, ...]  # the same for a pair of triangles on its own
-    R_pair: np.ndarray
-    nodes: np.ndarray  # (STACK_SIZE,2) int64
-    walk: tuple[np.ndarray, ...]  # of the distance
 
 
 class Window(NamedTuple):

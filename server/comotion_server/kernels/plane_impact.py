@@ -15,25 +15,25 @@ from typing import NamedTuple
 
 from comotion_server.kernels.boxes import lowest
 from comotion_server.kernels.contact_plane import lowest_corner
-from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.motion_bounds import Spin, first_root, relate, spins_over, take_over
-from comotion_server.kernels.pair_impact import Touch, come_down
-from comotion_server.kernels.pair_impact_bounds import AHEAD, across, unit_jerk
-from comotion_server.kernels.pair_window import QUERIES, STEPS
-from comotion_server.kernels.time_of_impact import (
+from comotion_server.kernels.impact_query import (
     LATER,
     MEETS,
     NONE,
     OVERLAPS,
+    QUERIES,
     SPENT,
     STALLS,
+    STEPS,
     STILL,
     TARGET,
     TIME,
     TOUCHES,
-    TURN,
-    write_findings,
 )
+from comotion_server.kernels.jit import lean_jit
+from comotion_server.kernels.motion_bounds import Spin, first_root, relate, spins_over, take_over
+from comotion_server.kernels.pair_impact import Touch, come_down
+from comotion_server.kernels.pair_impact_bounds import AHEAD, across, unit_jerk
+from comotion_server.kernels.time_of_impact import TURN, write_findings
 from comotion_server.kernels.vectors import (
     ZERO,
     add,

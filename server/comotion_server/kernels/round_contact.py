@@ -13,7 +13,7 @@ from comotion_server.kernels.ball_contact import (
     ground_is_b,
     stand_of_ball,
 )
-from comotion_server.kernels.contacts import BALL_FACE, LINE_CORNER, LINE_EDGE
+from comotion_server.kernels.contacts import BALL_FACE, FULL, LINE_CORNER, LINE_EDGE
 from comotion_server.kernels.curved_mesh_gap import box_bound
 from comotion_server.kernels.curved_triangles import triangle_gap
 from comotion_server.kernels.jit import lean_jit
@@ -35,7 +35,6 @@ from comotion_server.kernels.vectors import (
     sub,
 )
 
-FULL = -1
 SAME = 1e-7  # of the smaller body's size: points nearer than this are one
 FOUND = 1e-9  # of the same: how far outside a feature a point is still found on it; it stays up to twice that
 LINE = -1  # instead of a ball

@@ -7,7 +7,7 @@ other body's, V its velocity against that body's centre, world; e axis.
 
 from math import inf
 
-from comotion_server.kernels.contacts import BALL_EDGE, SMOOTH
+from comotion_server.kernels.contacts import BALL_EDGE, FULL, SMOOTH
 from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.pipe_impact import is_in_bore, pipe_gap
 from comotion_server.kernels.solids import CAPS, HALF, INNER, OUTER, PIPE, PLANE, RADIUS, SPHERE
@@ -21,7 +21,6 @@ NEAREST, WALL, TOP, BOTTOM, PARTS = (
     3,
     4,
 )  # of a body: its nearest point; of a closed bore: its wall and its ends
-FULL = -1
 
 
 @lean_jit

@@ -18,6 +18,7 @@ from comotion_server.kernels.curved_kinds import (
     RADIUS,
     SPHERE,
 )
+from comotion_server.kernels.jit import lean_jit
 from comotion_server.kernels.mesh_arrays import MeshArrays
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "RADIUS",
     "SPHERE",
     "Solids",
+    "are_flat",
 ]
 
 
@@ -50,3 +52,9 @@ class Solids(NamedTuple):
     axis: np.ndarray  # (n,3) of a capsule, cylinder or pipe: unit, body frame
     core: np.ndarray | None = None  # (n,) radius about the centre of what a round shape is without its own radius [m]
     has_cylinders: np.ndarray | None = None  # (1,) true; None: no body is one
+
+
+@lean_jit
+def are_flat(solids, a, b):
+    """Whether both bodies are meshes or planes."""
+    return (solids.kind[a] == MESH or solids.kind[a] == PLANE) and (solids.kind[b] == MESH or solids.kind[b] == PLANE)

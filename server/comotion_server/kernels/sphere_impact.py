@@ -9,11 +9,7 @@ from math import inf, sqrt
 
 from comotion_server.kernels.flight import STILL as NOT_TURNING
 from comotion_server.kernels.flight import motion_of
-from comotion_server.kernels.jit import lean_jit
-from comotion_server.kernels.pipe_impact import GRAIN, OVERLAP, pipe_gap, pipe_time
-from comotion_server.kernels.polynomial_falls import fall_time
-from comotion_server.kernels.solids import PIPE, PLANE, RADIUS, SPHERE
-from comotion_server.kernels.time_of_impact import (
+from comotion_server.kernels.impact_query import (
     CLOSING,
     CONTACT_TIME,
     GAP,
@@ -30,6 +26,10 @@ from comotion_server.kernels.time_of_impact import (
     TIME,
     TOUCHES,
 )
+from comotion_server.kernels.jit import lean_jit
+from comotion_server.kernels.pipe_impact import GRAIN, OVERLAP, pipe_gap, pipe_time
+from comotion_server.kernels.polynomial_falls import fall_time
+from comotion_server.kernels.solids import PIPE, PLANE, RADIUS, SPHERE
 from comotion_server.kernels.vectors import along, cross, dot, length, rotated, row, scaled, sub
 
 
