@@ -97,7 +97,7 @@ def _with_server(path: Path, options: argparse.Namespace, interrupts: "Interrupt
         from comotion_mock_cfd.cfd_client import wants
         from comotion_protocol.errors import PeerAbsentError
 
-        with waiting("starting the server (its first start on a machine compiles the kernels)"):
+        with waiting("starting the server (its first start on a machine compiles the kernels: one to three minutes)"):
             ready = server.wait_until_ready()
         scene = overridden(load_fluid_scene(path), options)
         subject = _subject(ready, scene, options)

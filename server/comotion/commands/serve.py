@@ -62,7 +62,7 @@ def _serve(options: argparse.Namespace, stop: threading.Event) -> None:
     from comotion_server.simulation import Simulation
     from comotion_server.warm_up import warm_up
 
-    with waiting("loading the scene (a first start on a machine compiles the kernels)"):
+    with waiting("loading the scene (a first start on a machine compiles the kernels: one to three minutes)"):
         simulation = Simulation.load(path)
         warm_up(simulation.scene)
     run = options.run or simulation.scene.name
