@@ -19,6 +19,7 @@ from contact_forms import (
 )
 from mesh_forms import sphere, torus
 
+from comotion_mock_cfd.body_forms import floe_mesh
 from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.contacts import (
     CORNER_FACE,
@@ -81,16 +82,17 @@ def test_a_cube_on_seven_thousand_jittered_triangles_has_the_normal_of_the_face_
         assert set(both.column("feature")[:, 0]) == {0, 1, 2, 3}
 
 
-def test_two_cubes_face_to_face_have_the_normal_of_a_face():
-    """Their other faces meet in edges that are as near, or nearer by rounding: a worse direction."""
-    rng = np.random.default_rng(3)
-    for tilt in (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11):
-        for _ in range(10):
-            R = turn(rng.normal(size=3), rng.uniform(0.0, pi))
-            other = turn(rng.normal(size=3), tilt) @ R
-            both = Touching([CUBE, CUBE], [np.zeros(3), (1.0 + GAP) * R[:, 0]], [R, other])
+def test_two_hexagons_side_by_side_have_the_normal_of_their_faces():
+    """The edges of their lids are as near, or nearer by rounding: a worse direction."""
+    side, upright = 0.5, np.array([cos(pi / 6), sin(pi / 6), 0.0])
+    hexagon, rng = floe_mesh(side, 0.5 * side), np.random.default_rng(3)
+    for _ in range(40):
+        R = turn(rng.normal(size=3), rng.uniform(0.0, pi))
+        for k in range(6):
+            n = R @ turn(UP, k * pi / 3) @ upright
+            both = Touching([hexagon, hexagon], [np.zeros(3), (sqrt(3.0) * side + GAP) * n], [R, R])
             assert both.count == 4
-            np.testing.assert_allclose(both.column("normal"), np.tile(R[:, 0], (4, 1)), atol=tilt + ROUNDING)
+            np.testing.assert_allclose(both.column("normal"), np.tile(n, (4, 1)), atol=ROUNDING)
 
 
 @pytest.mark.parametrize("seed", range(6))
