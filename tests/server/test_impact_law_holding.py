@@ -188,6 +188,49 @@ def test_patch_with_tilted_normals_is_settled_without_a_kick():
     assert abs(v[box, 2]) <= 1e-8
 
 
+def pack_of_floes(noise):
+    """Five floes in a plane; two contacts of one pair have normals that differ by 1e-9, and one is an equality."""
+    clump, moments, arms = Clump(), (0.00191145652, 0.00191145659, 0.00379916831), iter(noise)
+    for v, spin in (
+        ((0.958221648, 0.056922242), -0.832697774),
+        ((0.999556744, -0.052376086), -1.301262133),
+        ((0.984901296, 0.106061995), -1.203575994),
+        ((0.837992161, 0.184192394), -1.436428459),
+        ((0.991212762, -0.046461071), -0.894233384),
+    ):
+        clump.body(0.58355226356, moments, (*v, 0), (0, 0, spin), free=(1, 1, 0), spin=2)
+    for a, b, n, arm_a, arm_b in (
+        (0, 4, (0.9703221640040025, 0.241815834970726), (0.117975633, -0.025727), (-0.093677808, -0.082761515)),
+        (1, 2, (0.984173094215845, 0.1772098208949198), (0.095464325, 0.080694254), (-0.116504133, 0.036155207)),
+        (1, 2, (0.9841730942703847, 0.17720982059202156), (0.095464325, 0.080694254), (-0.116504133, 0.036155207)),
+        (1, 4, (-0.9841732625081947, -0.17720888624438663), (-0.098243088, -0.065261707), (0.118512477, -0.039746602)),
+        (2, 3, (0.3386183260770523, 0.9409238169186573), (0.087619368, 0.083517549), (0.021503662, -0.123136477)),
+    ):
+        clump.touch(a, b, (*n, 0), 0.0, (*(arm_a + next(arms)), 0), (*(arm_b + next(arms)), 0))
+    return clump
+
+
+def test_what_rows_that_differ_by_noise_alone_leave_of_velocities_is_not_taken(rng):
+    """Under multipliers of 1e8 and more velocities are rounding: told as impossible, and nothing is changed."""
+
+    def energy(clump, v, w):
+        return 0.5 * sum(
+            m * (a @ a) + i[2] * b[2] ** 2 for m, i, a, b in zip(clump.mass, clump.moments, v, w, strict=True)
+        )
+
+    equal, told = np.array([True, True, False, True, True]), set()
+    for _ in range(200):
+        clump = pack_of_floes(1e-9 * rng.normal(size=(10, 2)))
+        before = energy(clump, clump.v, clump.w)
+        status, v, w, impulse = settle(clump, equal, np.zeros(5))
+        assert energy(clump, v, w) <= before * (1.0 + 1e-6)
+        if status == BLOCKED:
+            np.testing.assert_array_equal(v, clump.v)
+            assert not impulse.any()
+        told.add(status)
+    assert told == {SOLVED, BLOCKED}
+
+
 def test_displacements_open_gaps(rng):
     for _ in range(40):
         clump = random_clump(rng, "mixed")

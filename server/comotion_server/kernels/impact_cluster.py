@@ -46,6 +46,8 @@ __all__ = ["BLOCKED", "CAPPED", "JAMMED", "LOST", "RUBBED", "SOLVED", "WORK", "C
 
 TOGETHER, SEQUENTIAL = 0, 1  # laws
 REPEATS = 5  # of restitution and friction; a last one has neither
+SOUND = 1e-6  # of the energy of a change: what multipliers may do against their bounds
+NOTHING = 1e-14  # of the energy before: the same, where hardly anything changes
 WEAK = 1e-6  # relative: equalities closer to the span of others are left out; patches whose normals differ by 1e-8 tilt
 
 
@@ -172,11 +174,29 @@ def hold(bodies, contacts, count, bias, force, torque, R, L, w, acceleration, ch
 
 
 @jit
+def is_sound(rows, bounds, multiplier, x, y):
+    """Whether y (k,6) is the nearest to x (k,6): no multiplier (c,) but where its row is at its bound (c,).
+
+    Rows that depend on others but for rounding have multipliers so large that nothing is left of y.
+    """
+    change = before = slack = 0.0
+    for j in range(len(x)):
+        for k in range(6):
+            change += (y[j, k] - x[j, k]) ** 2
+            before += x[j, k] ** 2
+    for i in range(len(multiplier)):
+        if multiplier[i] != 0.0:
+            slack += multiplier[i] * (along_row(rows, i, y) - bounds[i])
+    return abs(slack) <= SOUND * change + NOTHING * before
+
+
+@jit
 def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impulse, certificate):
     """Least change of motion: contacts open at target (c,) [m/s] where equal (c,) bool, else at least so fast: status.
 
-    Changes v, L, w (n,3) unless BLOCKED. Writes certificate (c,) and impulse (c,) [N s] along the normal on b, negative
-    where an equality pulls.
+    Changes v, L, w (n,3) unless BLOCKED, as are equalities that depend on other rows but for rounding (no certificate),
+    or CAPPED where the same is true without any. Writes certificate (c,) and impulse (c,) [N s] along the normal on b,
+    negative where an equality pulls.
     """
     normals = contacts.normal[:count]
     cluster = cluster_of(bodies, contacts, count, R)
@@ -187,6 +207,9 @@ def settle_velocities(bodies, contacts, count, equal, target, v, R, L, w, impuls
     status, _ = project_cluster(rows, bounds, chosen, equal[:count], WEAK, x, y, impulse[:count], certificate[:count])
     if status == BLOCKED:
         return status
+    if not is_sound(rows, bounds, impulse[:count], x, y):
+        impulse[:count] = 0.0
+        return BLOCKED if equal[:count].any() else CAPPED
     spread, fastest = given_spread(bodies, contacts, count, v, w), 0.0
     for i in range(count):
         fastest = max(fastest, bounds[i] - along_row(rows, i, x))
@@ -212,6 +235,8 @@ def displacements(bodies, contacts, count, equal, target, R, shift, turn, certif
     status, _ = project_cluster(
         rows, target[:count], chosen, equal[:count], WEAK, x, y, multiplier, certificate[:count]
     )
+    if status != BLOCKED and not is_sound(rows, target, multiplier, x, y):
+        status = BLOCKED
     for j in range(len(cluster.members)):
         i = cluster.members[j]
         for k in range(3):
