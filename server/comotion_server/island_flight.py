@@ -68,7 +68,7 @@ def fly_again(rest: Resting, island: Island, time: float) -> None:
     Bodies stay where the flight has brought them, as others have met them there.
     """
     scene, members = rest.scene, island.members
-    x, R = scene.x[members].copy(), scene.R[members].copy()
+    x, R, flown = scene.x[members].copy(), scene.R[members].copy(), [array[members] for array in scene.flights]
     fly_rows(island.touched, scene.flights, scene.bodies, island.begin, *rest.state)
     count = len(island.push)
     course, contacts = new_course(len(members), count), Contacts(*(column.copy() for column in island.contacts))
@@ -78,6 +78,9 @@ def fly_again(rest: Resting, island: Island, time: float) -> None:
     )  # fmt: skip
     if status == SOLVED:
         island.course, island.end = course, time
+    else:
+        for array, kept in zip(scene.flights, flown, strict=True):
+            array[members] = kept
     fly_rows(island.touched, scene.flights, scene.bodies, time, *rest.state)
     scene.x[members], scene.R[members] = x, R
 

@@ -116,12 +116,11 @@ class Islands:
 
     def joined_to(self, bodies: Rows) -> Rows:
         """These bodies and all that are in islands with them."""
-        met = [island.members for island in self.all if np.isin(island.members, bodies).any()]
-        return np.unique(np.concatenate([bodies, *met]))
+        return np.unique(np.concatenate([bodies, *(island.members for island in self._of(bodies))]))
 
     def leave(self, bodies: Rows, time: float) -> None:
         """Islands of these bodies end; their bodies are on free flights from `time` [s] on."""
-        for island in [island for island in self.all if np.isin(island.members, bodies).any()]:
+        for island in self._of(bodies):
             self._land(island, time)
             self._look_ahead(island.members, time)
         fly_rows(bodies, self.resting.scene.flights, self.resting.scene.bodies, time, *self.resting.state)
@@ -136,6 +135,12 @@ class Islands:
         self.all = [replace(island) for island in islands]
 
     # where bodies are, and which touch
+
+    def _of(self, bodies: Rows) -> list[Island]:
+        """The islands that any of these bodies is in."""
+        marked = np.zeros(len(self._stepping), dtype=np.bool_)
+        marked[bodies] = True
+        return [island for island in self.all if marked[island.members].any()]
 
     def _complete(self, island: Island, time: float) -> None:
         """The bodies of an island, flown to `time`, get the velocities they should have there; impulses are booked."""
@@ -163,7 +168,7 @@ class Islands:
     def _gather(self, seeds: Rows, time: float, ahead: float) -> Touching:
         """The contacts of `seeds` and all that they touch, or may within `ahead` [s]; islands that are met landed."""
         known: set[Pair] = set()
-        met = [island for island in self.all if np.isin(island.members, seeds).any()]
+        met = self._of(seeds)
         queue = self.resting.queue
         while True:
             for island in met:
@@ -172,7 +177,7 @@ class Islands:
                 seeds = np.union1d(seeds, island.members)
             gather_about(queue, self.resting.scene, seeds, time, ahead)
             bodies = queue.cluster.bodies[: queue.cluster.size[BODIES]]
-            met = [island for island in self.all if np.isin(island.members, bodies).any()]
+            met = self._of(bodies)
             if not met:
                 break
         return touching_among(self.resting, np.sort(bodies), known, ahead)

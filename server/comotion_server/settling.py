@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from comotion_server.kernels.contact_manifold import gap_of_pair
 from comotion_server.kernels.event_answer import answer, contacts_of
 from comotion_server.kernels.event_queue import CONTACTS_FULL
 from comotion_server.kernels.event_scene import CONTACTS, DELTA
 from comotion_server.kernels.flight import fly_rows
-from comotion_server.kernels.held_contacts import gaps_at, kinetic_energy, move
+from comotion_server.kernels.held_contacts import gaps_at, gaps_of_pairs, kinetic_energy, move
 from comotion_server.kernels.held_flight import correct
 from comotion_server.kernels.impact_cluster import BLOCKED, SOLVED, displacements, settle_velocities
 from comotion_server.queue_room import enlarged
@@ -108,27 +107,24 @@ def _move(rest: Resting, members: Rows, shift: Array, turn: Array, time: float) 
     """Moves bodies by shift [m] and turn [rad] (n,3), unless that would bring any of their pairs together."""
     scene, pairs = rest.scene, rest.queue.pairs
     x, R = scene.x[members].copy(), scene.R[members].copy()
-    concerned = np.flatnonzero(np.isin(pairs.bodies, members).any(axis=1))
-    others = np.setdiff1d(pairs.bodies[concerned], members)
+    moves = np.zeros(len(scene.x), dtype=np.bool_)
+    moves[members] = True
+    rows = np.flatnonzero((moves[pairs.bodies] & (pairs.bodies >= 0)).any(axis=1))
+    others = np.setdiff1d(pairs.bodies[rows], members)
     fly_rows(others, scene.flights, scene.bodies, time, *rest.state)
-    gaps = {k: _gap_of_row(rest, k) for k in concerned.tolist()}
+    before = _gaps(rest, rows)
     move(scene.bodies, members, 1.0, shift, turn, rest.state)
-    for k, before in gaps.items():
-        if _gap_of_row(rest, k) < min(LEAST * DELTA * float(pairs.tolerance[k]), before):
-            scene.x[members], scene.R[members] = x, R
-            nothing = np.zeros((len(members), 3)), np.zeros((len(members), 3))
-            correct(scene.bodies, members, nothing, rest.state)
-            return False
-    return True
+    possible = bool((_gaps(rest, rows) >= np.minimum(LEAST * DELTA * pairs.tolerance[rows], before)).all())
+    if not possible:
+        scene.x[members], scene.R[members] = x, R
+        nothing = np.zeros((len(members), 3)), np.zeros((len(members), 3))
+        correct(scene.bodies, members, nothing, rest.state)
+    return possible
 
 
-def _gap_of_row(rest: Resting, k: int) -> float:
-    """The gap of pair k [m] where it is below delta; at least delta elsewhere."""
-    pairs, (a, b) = rest.queue.pairs, rest.queue.pairs.bodies[k].tolist()
-    return _gap(rest, a, b, DELTA * float(pairs.tolerance[k]), pairs.witness[k])
-
-
-def _gap(rest: Resting, a: int, b: int, limit: float, witness: Rows) -> float:
-    """The gap of two bodies [m] where it is below `limit`."""
-    scene = rest.scene
-    return float(gap_of_pair(scene.solids, a, b, scene.x, scene.R, limit, witness.copy(), rest.queue.patch_work))
+def _gaps(rest: Resting, rows: Rows) -> Array:
+    """The gaps (p,) of pairs [m] where they are below delta; at least delta elsewhere."""
+    scene, pairs, gap = rest.scene, rest.queue.pairs, np.empty(len(rows))
+    parts = (scene.solids, pairs.bodies[rows], scene.x, scene.R, DELTA * pairs.tolerance[rows], pairs.witness[rows])
+    gaps_of_pairs(*parts, gap, rest.queue.patch_work)
+    return gap

@@ -160,6 +160,37 @@ def test_where_forces_are_not_found_it_goes_on(monkeypatch):
     np.testing.assert_allclose(sim.bodies.velocity, [[0.5, 0.0, 0.0]] * 2, atol=1e-12)
 
 
+def test_a_flight_that_is_not_found_again_goes_on_as_it_was(monkeypatch):
+    """Two boxes, one pushing the other, are hit; the solver gives up where the flight so far is taken again."""
+    again, attempt, given_up = comotion_server.islands.fly_again, comotion_server.island_flight.try_flight, []
+
+    def give_up(solids, flights, *rest):
+        attempt(solids, flights, *rest)
+        flights.acceleration[:], flights.torque[:] = 0.0, 0.0
+        given_up.append(CAPPED)
+        return CAPPED
+
+    def fly_again(*args):
+        monkeypatch.setattr(comotion_server.island_flight, "try_flight", give_up)
+        again(*args)
+        monkeypatch.setattr(comotion_server.island_flight, "try_flight", attempt)
+
+    monkeypatch.setattr(comotion_server.islands, "fly_again", fly_again)
+    behind, before = (
+        free_box(name, (1.0, 1.0, 1.0), mass, position=(x, 0.0, 0.0), motion=FLAT)
+        for name, mass, x in (("behind", 2.0, 0.0), ("before", 3.0, 1.01))
+    )
+    ball = free_box("comer", (0.2, 0.2, 0.2), 0.5, position=(1.85, 0.0, 0.0), velocity=(-0.5, 0.0, 0.0), motion=FLAT)
+    sim = Simulation(scene_of(behind, before, ball, restitution=0.0))
+    push, start = np.zeros((3, 6)), sim.bodies.mass @ sim.bodies.velocity
+    push[row_of(sim, "behind"), 0] = 5.0
+    for done in range(1, 21):
+        sim.step(0.05, wrenches=push)
+        gained = sim.bodies.mass @ sim.bodies.velocity - start
+        np.testing.assert_allclose(gained, [5.0 * 0.05 * done, 0.0, 0.0], rtol=0, atol=1e-12)
+    assert given_up
+
+
 def test_it_takes_energy(no_flights):
     """What the turning of a normal will ask for is given in advance, then taken: up to 4e-8 of the energy."""
     sim = Simulation(crowd(0.5))

@@ -95,6 +95,28 @@ def test_an_impossible_column_leaves_no_impulses():
     np.testing.assert_array_equal(impulse, np.zeros(c))
 
 
+def test_boxes_in_a_row_closed_at_corners_that_differ_by_noise_keep_their_slip(rng):
+    """Four corners a face, two of them closed exactly; that normals differ by 1e-9 is no third condition."""
+    clump, equal = Clump(), []
+    before = clump.given()
+    for _ in range(40):
+        box = clump.body(1.0, (1 / 6,) * 3, (*rng.normal(size=2), 0), free=(1, 1, 0), spin=2)
+        for y in (-0.5, 0.5):
+            for exactly in (True, False):
+                normal = (1.0, 1e-9 * rng.normal(), 0.0)
+                clump.touch(before, box, normal, 0.0, (0.5 * clump.reacts[before], y, 0), (-0.5, y, 0))
+                equal.append(exactly)
+        before = box
+    bodies, contacts, v, R, L, w = clump.arrays()
+    c = len(equal)
+    impulse, certificate, slip = np.zeros(c), np.zeros(c, bool), v[:, 1].copy()
+    status = settle_velocities(bodies, contacts, c, np.array(equal), np.zeros(c), v, R, L, w, impulse, certificate)
+    assert status == SOLVED
+    np.testing.assert_allclose(v[:, 0], 0.0, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(v[:, 1], slip, rtol=0, atol=1e-7)
+    assert np.abs(impulse).max() <= 40 * 4.0
+
+
 def test_jam_of_discs_closes_its_books(rng):
     """A packing thrown into a corner, e = .5, through the whole law."""
     clump = jam(12, 12, 0.5, rng)

@@ -47,6 +47,12 @@ def terms_of(a, reach, bound):
 
 
 @jit
+def slack_of(a, z, reach, bound):
+    """By how much a row may be violated that is in the span of others but for its part z: by rounding and by z.y."""
+    return CONSISTENT * terms_of(a, reach, bound) + 2.0 * terms_of(z, reach, 0.0)
+
+
+@jit
 def widen(reach, y):
     """Raises reach (n,) to the sizes of y (n,)."""
     for k in range(len(y)):
@@ -129,6 +135,19 @@ def take_equalities(A, equal, weak, factors):
 
 
 @jit
+def begin_with_equalities(A, b, equal, weak, factors, x, y, multiplier, reach):
+    """Brings y (n,) from x to the equalities, but those within `weak` (relative) of the span of others: active rows."""
+    multiplier[:], y[:] = 0.0, x
+    widen(reach, x)
+    count = take_equalities(A, equal, weak, factors)
+    if count > 0:
+        refine(A, b, factors, count, x, y, multiplier)
+        widen(reach, y)
+        widen_by(reach, A, multiplier)
+    return count
+
+
+@jit
 def first_to_vanish(factors, count, equal, rates, multiplier):
     """The step at which the first active multiplier reaches zero, and its place; (inf, -1): none does."""
     largest = 0.0
@@ -156,19 +175,22 @@ def certify(factors, count, q, rates, certificate):
 
 
 @jit
-def enter(A, b, equal, factors, count, q, y, reach, multiplier, certificate):
+def enter(A, b, equal, weak, factors, count, q, y, reach, multiplier, certificate):
     """Lets row q in, others out as they must: (status, count); an unchanged count without q: q is left alone."""
     h, rates, z = np.empty(len(factors.rows)), np.empty(len(factors.rows)), np.empty(A.shape[1])
     a, size = A[q], inner(A[q], A[q])
     while True:
         violation = b[q] - inner(a, y)
         outside = split_row(factors, count, a, h, z)
+        slight = violation <= slack_of(a, z, reach, b[q])
+        if slight and multiplier[q] == 0.0 and outside <= weak * weak * size:
+            return SOLVED, count
         dependent = count == len(factors.rows) or outside <= DEPENDENT * DEPENDENT * size
         rates[:count] = h[:count]
         solve_back(factors, count, rates)
         step, place = first_to_vanish(factors, count, equal, rates, multiplier)
         if dependent and place < 0:
-            if violation <= CONSISTENT * terms_of(a, reach, b[q]) + 2.0 * terms_of(z, reach, 0.0):
+            if slight:
                 return SOLVED, count
             certify(factors, count, q, rates, certificate)
             return BLOCKED, count
@@ -190,20 +212,17 @@ def enter(A, b, equal, factors, count, q, y, reach, multiplier, certificate):
 def project(A, b, equal, weak, x, y, multiplier, certificate):
     """The nearest y (n,) to x (n,) with A y >= b, = b in rows marked `equal`: status SOLVED, CAPPED or BLOCKED.
 
-    A (m,n), b (m,), equal (m,) bool; an equality closer than `weak` (relative) to the span of others is left out.
+    A (m,n), b (m,), equal (m,) bool; an equality closer than `weak` (relative) to the span of others is left out, and
+    so is, beside equalities, an inequality closer to that of active rows and violated by no more than the difference
+    explains: what differs from others by rounding alone would get multipliers as large as that is small.
     Writes y = x + A^T multiplier, multiplier (m,) >= 0 but for equalities; BLOCKED: certificate (m,) marks rows that
     cannot hold together, and y is of no use.
     """
     m, n = A.shape
     factors = new_factors(min(m, n), n)
-    multiplier[:], y[:] = 0.0, x
     reach, skipped, out, sweeps = np.zeros(n), np.zeros(m, np.bool_), np.empty(m, np.bool_), 0
-    widen(reach, x)
-    count = take_equalities(A, equal, weak, factors)
-    if count > 0:
-        refine(A, b, factors, count, x, y, multiplier)
-        widen(reach, y)
-        widen_by(reach, A, multiplier)
+    count = begin_with_equalities(A, b, equal, weak, factors, x, y, multiplier, reach)
+    near = weak if count > 0 else 0.0
     for _ in range(STEPS_PER_ROW * m + 1):
         for i in range(m):
             out[i] = equal[i] or skipped[i]
@@ -219,7 +238,7 @@ def project(A, b, equal, weak, x, y, multiplier, certificate):
             refine(A, b, factors, count, x, y, multiplier)
             sweeps += 1
             continue
-        status, count = enter(A, b, equal, factors, count, q, y, reach, multiplier, certificate)
+        status, count = enter(A, b, equal, near, factors, count, q, y, reach, multiplier, certificate)
         if status == BLOCKED:
             return BLOCKED
         if count > 0 and factors.rows[count - 1] == q:

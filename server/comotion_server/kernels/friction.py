@@ -137,13 +137,13 @@ def tangents_of(normals):
 def part_arrays(normal, tangent, chosen, members, x):
     """Dense N, c, T and slip of the loaded rows `chosen` of one part."""
     f, n = len(chosen), 6 * len(members)
-    place = np.empty(len(x), np.int64)
+    place, columns = np.empty(len(x), np.int64), np.arange(n).reshape(-1, 6)
     for j in range(len(members)):
         place[members[j]] = j
     N, T, one, c, slip = np.empty((f, n)), np.empty((2 * f, n)), np.empty((f, n)), np.empty(f), np.empty(2 * f)
-    part_matrix(normal[0], chosen, place, N)
+    part_matrix(normal[0], chosen, place, columns, N)
     for k in range(2):
-        part_matrix(tangent[k][0], chosen, place, one)
+        part_matrix(tangent[k][0], chosen, place, columns, one)
         for r in range(f):
             T[2 * r + k] = one[r]
             slip[2 * r + k] = along_row(tangent[k][0], chosen[r], x) - tangent[k][1][chosen[r]]

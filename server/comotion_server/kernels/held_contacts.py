@@ -3,7 +3,7 @@
 from math import inf
 
 from comotion_server.kernels.cluster_rows import cluster_of, rows_along
-from comotion_server.kernels.contact_manifold import manifold
+from comotion_server.kernels.contact_manifold import gap_of_pair, manifold
 from comotion_server.kernels.contact_motion import refresh
 from comotion_server.kernels.contacts import FULL
 from comotion_server.kernels.flight import begin
@@ -27,6 +27,13 @@ def contacts_of_pairs(solids, pairs, x, R, reach, angle, level, contacts, pair_o
         pair_of[count : count + rows] = k
         count += rows
     return count
+
+
+@lean_jit
+def gaps_of_pairs(solids, pairs, x, R, limit, witness, gap, work):
+    """Distances gap (p,) [m] of pairs (p,2) as by `gap_of_pair`, exact below limit (p,); witness (p,2) is changed."""
+    for k in range(len(pairs)):
+        gap[k] = gap_of_pair(solids, pairs[k, 0], pairs[k, 1], x, R, limit[k], witness[k], work)
 
 
 @lean_jit

@@ -26,6 +26,7 @@ NEWTON_STEPS = 100  # in one round; most need less than ten
 HALVINGS = 60  # of the line search
 NOTHING = 1e-15  # of |y|: a Newton step shorter than this is rounding, and rows at their bounds come and go with it
 CLOSE = 1e-14  # of the largest term of a row: an error that ends the rounds
+NEARLY = 1e-10  # likewise, where rounds hardly lessen it any more: rows that depend on each other but for rounding
 IMPOSSIBLE = 1e-7  # |A^T change of l| / |change of l|: below it the change is a certificate
 SWEEPS = 3  # refinements on the active rows with one weight
 LIGHTER = 1e-3  # the next weight: a large one mends weak directions, smaller ones the rounding it leaves in others
@@ -177,7 +178,7 @@ def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, activ
 
 @jit
 def polish(part, pattern, factor, weight, active, x, y, l):
-    """Refines l (m,) and y (k,6) = x + A^T l so that A_W y = b_W."""
+    """Refines l (m,) so that A_W y = b_W of y (k,6) = x + A^T l, which is room."""
     s, pull_back, along = np.empty(len(l)), np.empty_like(y), np.empty(len(l))
     for _ in range(SWEEPS):
         y[:] = x
@@ -192,8 +193,16 @@ def polish(part, pattern, factor, weight, active, x, y, l):
         for i in range(len(l)):
             if active[i]:
                 l[i] += s[i] - weight * along[i]
-    y[:] = x
-    add_transposed(part, l, y)
+
+
+@jit
+def drop_pulls(part, active, l):
+    """Rows whose multiplier (m,) would pull are no longer active; whether there were any."""
+    found = False
+    for i in range(len(l)):
+        if l[i] < 0.0 and not part.equal[i]:
+            l[i], active[i], found = 0.0, False, True
+    return found
 
 
 @jit
@@ -244,17 +253,27 @@ def project_large(link, rows, size, bound, equal, x, y, multiplier, certificate)
         if error <= CLOSE * scale:
             status = SOLVED
             break
-        if attempt > 10 and error > 0.5 * last and certifies(part, s, certificate):
-            return BLOCKED
+        if attempt > 10 and error > 0.5 * last:
+            if certifies(part, s, certificate):
+                return BLOCKED
+            if error <= NEARLY * scale:
+                status = SOLVED
+                break
         if error > SLOW * last and weight < LARGEST_WEIGHT:
             weight, fits = 10.0 * weight, False
         last = error
-    while weight >= FIRST_WEIGHT:
-        build(part, pattern, active, weight, factor)
-        polish(part, pattern, factor, weight, active, start, end, l)
-        weight *= LIGHTER
+    heaviest, pulls = weight, True
+    while pulls:
+        weight = heaviest
+        while weight >= FIRST_WEIGHT:
+            build(part, pattern, active, weight, factor)
+            polish(part, pattern, factor, weight, active, start, end, l)
+            weight *= LIGHTER
+        pulls = drop_pulls(part, active, l)
+    end[:] = start
+    add_transposed(part, l, end)
     for i in range(m):
-        multiplier[i] = (l[i] if equal[i] else max(l[i], 0.0)) / size[i]
+        multiplier[i] = l[i] / size[i]
     for p in range(k):
         y[pattern.order[p]] = end[p]
     return status
