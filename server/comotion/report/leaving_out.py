@@ -21,6 +21,8 @@ from comotion.report.timing import timed, timed_from
 if TYPE_CHECKING:
     from comotion_server.scene import Scene
 
+Row = list[Any]  # of a table
+
 PATIENCE = 2.0  # [s] of wall time for the steps of one scene
 STEPS = 200
 FAR = 1e4  # [m]
@@ -81,16 +83,22 @@ def study(*, quick: bool, say: Progress) -> Findings:
             last = list(ways)[-1]
             memory.append([name, last, peak(str(path), ""), peak(str(path), last)])
         starts.append([name, *_start(str(path))])
+    tables = [_stages(plans), *_tables(costs, memory, starts), _round_and_meshed(say), *_lone_body(say)]
+    return Findings(tables=tables)
+
+
+def _stages(plans: dict[tuple[str, bool, str], list[str]]) -> Table:
+    """Which stages run in which scenes, from (stage, runs, reason), in the order of the plan."""
     order = list(dict.fromkeys(stage for stage, _, _ in plans))
-    tables = [
-        Table(
-            "Stages in and out",
-            ["stage", "runs", "reason", "scenes"],
-            [
-                [*key, ", ".join(which)]
-                for key, which in sorted(plans.items(), key=lambda item: order.index(item[0][0]))
-            ],
-        ),
+    rows = sorted(plans.items(), key=lambda item: order.index(item[0][0]))
+    return Table(
+        "Stages in and out", ["stage", "runs", "reason", "scenes"], [[*key, ", ".join(which)] for key, which in rows]
+    )
+
+
+def _tables(costs: list[Row], memory: list[Row], starts: list[Row]) -> list[Table]:
+    """What was measured of each scene."""
+    return [
         Table(
             "As planned and with more forced on (no fluid)",
             [
@@ -118,10 +126,7 @@ def study(*, quick: bool, say: Progress) -> Findings:
             ],
             starts,
         ),
-        _round_and_meshed(say),
-        *_lone_body(say),
     ]
-    return Findings(tables=tables)
 
 
 def forced(scene: "Scene") -> "dict[str, Scene]":

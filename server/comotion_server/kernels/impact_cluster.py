@@ -226,7 +226,7 @@ def displacements(bodies, contacts, count, equal, target, R, shift, turn, certif
     """Least move that opens gaps by target (c,) [m] where equal (c,) bool, else by at least as much: status.
 
     Writes shift (n,3) [m] of the centres and turn (n,3) [rad], a small world rotation, of the reacting bodies of the
-    cluster (zero if BLOCKED), and certificate (c,).
+    cluster (zero if BLOCKED, as also where the move would be one of rounding), and certificate (c,).
     """
     cluster = cluster_of(bodies, contacts, count, R)
     rows = rows_along(cluster, contacts, contacts.normal[:count])
