@@ -183,7 +183,7 @@ def enter(A, b, equal, weak, factors, count, q, y, reach, multiplier, certificat
         violation = b[q] - inner(a, y)
         outside = split_row(factors, count, a, h, z)
         slight = violation <= slack_of(a, z, reach, b[q])
-        if slight and multiplier[q] == 0.0 and outside <= weak * weak * size:
+        if slight and multiplier[q] == 0.0 and outside < weak * weak * size:
             return SOLVED, count
         dependent = count == len(factors.rows) or outside <= DEPENDENT * DEPENDENT * size
         rates[:count] = h[:count]
