@@ -18,12 +18,15 @@ def overloads():
     return sum(len(d.overloads) for n, m in sys.modules.items() if n.startswith("comotion_server.kernels.")
                for d in vars(m).values() if isinstance(d, Dispatcher))
 
-scene = load_scene({scene!r})
-warm_up(scene)
-warm = overloads()
-simulation = Simulation(scene)
-impacts = sum(len(simulation.step(scene.dt).impacts) for _ in range({steps}))
-print(json.dumps([sorted(imported()), overloads() - warm, impacts, "trimesh" in sys.modules]))
+seen = []
+for name, steps in {runs!r}:
+    scene = load_scene(name)
+    warm_up(scene)
+    warm = overloads()
+    simulation = Simulation(scene)
+    impacts = sum(len(simulation.step(scene.dt).impacts) for _ in range(steps))
+    seen.append([sorted(imported()), overloads() - warm, impacts, "trimesh" in sys.modules])
+print(json.dumps(seen))
 """
 OF_MESHES = {
     "mesh_pair", "hierarchy", "boxes", "box_fit", "lanes", "lane_tree", "triangle_lanes", "triangle_distance",
@@ -39,31 +42,28 @@ OF_ROUND = {
 OF_CYLINDERS = {"curved_cylinders", "cylinder_contact", "cylinder_on_mesh", "face_time", "body_parts", "part_motion"}
 
 
-def run_of(scene, steps, request):
+def seen_in(request, *runs):
+    """What is seen in shipped scenes, each played for some steps in one process."""
     folder = request.config.rootpath / "mock_cfd" / "comotion_mock_cfd" / "scenes"
-    source = RUN.format(scene=str(folder / scene), steps=steps)
+    source = RUN.format(runs=[(str(folder / scene), steps) for scene, steps in runs])
     done = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
 def test_a_scene_of_spheres_imports_no_kernel_of_meshes_and_compiles_nothing_after_the_warm_up(request):
-    imported, later, impacts, trimesh = run_of("pipe.toml", 10, request)
-    assert not (OF_MESHES | OF_ROUND | OF_CYLINDERS) & set(imported)
-    assert {"sphere_impact", "pipe_impact", "smooth_contact"} <= set(imported)
-    assert impacts > 100
-    assert later == 0
-    assert not trimesh
-
-
-def test_nor_where_they_come_to_rest(request):
-    imported, later, impacts, _ = run_of("bounce.toml", 900, request)
-    assert not (OF_MESHES | OF_ROUND | OF_CYLINDERS) & set(imported)
-    assert impacts >= 44 * 49
-    assert later == 0
+    """Neither where they fly nor where they come to rest."""
+    in_flight, at_rest = seen_in(request, ("pipe.toml", 10), ("bounce.toml", 900))
+    for imported, later, _, trimesh in (in_flight, at_rest):
+        assert not (OF_MESHES | OF_ROUND | OF_CYLINDERS) & set(imported)
+        assert {"sphere_impact", "pipe_impact", "smooth_contact"} <= set(imported)
+        assert later == 0
+        assert not trimesh
+    assert in_flight[2] > 100
+    assert at_rest[2] >= 44 * 49
 
 
 def test_a_scene_of_meshes_imports_no_kernel_of_round_shapes(request):
-    imported, later, _, _ = run_of("cradle_cubes.toml", 2, request)
+    ((imported, later, _, _),) = seen_in(request, ("cradle_cubes.toml", 2))
     assert {"flat_contact", "pair_window"} <= set(imported)
     assert not (OF_ROUND | OF_CYLINDERS) & set(imported)
     assert later == 0

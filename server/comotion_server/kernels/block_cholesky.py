@@ -1,4 +1,4 @@
-"""Sparse Cholesky factorisation in blocks of six unknowns per body, of matrices I + rho A^T A over a graph of contacts.
+"""Sparse Cholesky factorisation of matrices I + A^T W A over a graph of contacts, in blocks of 3 or 6 unknowns a body.
 
 The order is that of least degree, which keeps the fill of plane packings low. The pattern is found once; blocks change.
 
@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.jit import jit
+from comotion_server.kernels.jit import jit, lean_jit
 
 EMPTY = -1
+PLANE, SPACE = 3, 6  # unknowns of a body: how large blocks may be
 
 
 class Pattern(NamedTuple):
@@ -27,8 +28,8 @@ class Pattern(NamedTuple):
 class Factor(NamedTuple):
     """A matrix, and after `factorise` its factor."""
 
-    diagonal: np.ndarray  # (k,6,6)
-    below: np.ndarray  # (blocks,6,6)
+    diagonal: np.ndarray  # (k,d,d)
+    below: np.ndarray  # (blocks,d,d)
 
 
 @jit
@@ -71,79 +72,95 @@ def pattern_of(link, k):
 
 
 @jit
+def new_factor(pattern, d):
+    """Room for a factor with d unknowns a body."""
+    return Factor(np.empty((len(pattern.order), d, d)), np.empty((len(pattern.later), d, d)))
+
+
+@lean_jit
 def add_outer(a, b, s, block):
-    """Adds s a b^T to a block (6,6)."""
-    for i in range(6):
-        for j in range(6):
+    """Adds s a b^T to a block (d,d)."""
+    for i in range(len(a)):
+        for j in range(len(a)):
             block[i, j] += s * a[i] * b[j]
 
 
-@jit
-def subtract_product(a, b, block):
-    """Subtracts a b^T of blocks (6,6) from a third."""
-    for i in range(6):
-        for j in range(6):
-            total = block[i, j]
-            for m in range(6):
-                total -= a[i, m] * b[j, m]
-            block[i, j] = total
+@lean_jit
+def subtract_blocks(B, s, r, C, t, d):
+    """Subtracts the product B[s] B[r]^T of blocks (d,d) from C[t]."""
+    for i in range(d):
+        for j in range(d):
+            total = C[t, i, j]
+            for m in range(d):
+                total -= B[s, i, m] * B[r, j, m]
+            C[t, i, j] = total
 
 
-@jit
+@lean_jit
+def subtract_product(B, s, r, C, t):
+    """As `subtract_blocks`, for the sizes there are: loops of known length are unrolled."""
+    if B.shape[1] == PLANE:
+        subtract_blocks(B, s, r, C, t, PLANE)
+    else:
+        subtract_blocks(B, s, r, C, t, SPACE)
+
+
+@lean_jit
 def cholesky(block):
-    """The lower factor of a positive block (6,6), in place."""
-    for j in range(6):
+    """The lower factor of a positive block (d,d), in place."""
+    d = len(block)
+    for j in range(d):
         for m in range(j):
             block[j, j] -= block[j, m] ** 2
         block[j, j] = sqrt(block[j, j])
-        for i in range(j + 1, 6):
+        for i in range(j + 1, d):
             for m in range(j):
                 block[i, j] -= block[i, m] * block[j, m]
             block[i, j] /= block[j, j]
 
 
-@jit
+@lean_jit
 def factorise(pattern, factor):
     """Turns the matrix into its factor; right-looking, column after column."""
-    D, B, first = factor.diagonal, factor.below, pattern.first
+    D, B, first, d = factor.diagonal, factor.below, pattern.first, factor.diagonal.shape[1]
     for p in range(len(D)):
         cholesky(D[p])
         for s in range(first[p], first[p + 1]):
-            for i in range(6):
-                for j in range(6):
+            for i in range(d):
+                for j in range(d):
                     for m in range(j):
                         B[s, i, j] -= B[s, i, m] * D[p, j, m]
                     B[s, i, j] /= D[p, j, j]
         for s in range(first[p], first[p + 1]):
             q = pattern.later[s]
-            subtract_product(B[s], B[s], D[q])
+            subtract_product(B, s, s, D, q)
             for r in range(first[p], s):
                 o = pattern.later[r]
                 if q > o:
-                    subtract_product(B[s], B[r], B[pattern.at[q, o]])
+                    subtract_product(B, s, r, B, pattern.at[q, o])
                 else:
-                    subtract_product(B[r], B[s], B[pattern.at[o, q]])
+                    subtract_product(B, r, s, B, pattern.at[o, q])
 
 
-@jit
+@lean_jit
 def solve(pattern, factor, u):
-    """Solves with the factor in place, u (k,6) in the order of elimination."""
-    D, B, first = factor.diagonal, factor.below, pattern.first
+    """Solves with the factor in place, u (k,d) in the order of elimination."""
+    D, B, first, d = factor.diagonal, factor.below, pattern.first, factor.diagonal.shape[1]
     for p in range(len(D)):
-        for i in range(6):
+        for i in range(d):
             for j in range(i):
                 u[p, i] -= D[p, i, j] * u[p, j]
             u[p, i] /= D[p, i, i]
         for s in range(first[p], first[p + 1]):
-            for i in range(6):
-                for j in range(6):
+            for i in range(d):
+                for j in range(d):
                     u[pattern.later[s], i] -= B[s, i, j] * u[p, j]
     for p in range(len(D) - 1, -1, -1):
         for s in range(first[p], first[p + 1]):
-            for i in range(6):
-                for j in range(6):
+            for i in range(d):
+                for j in range(d):
                     u[p, j] -= B[s, i, j] * u[pattern.later[s], i]
-        for i in range(5, -1, -1):
-            for j in range(i + 1, 6):
+        for i in range(d - 1, -1, -1):
+            for j in range(i + 1, d):
                 u[p, i] -= D[p, j, i] * u[p, j]
             u[p, i] /= D[p, i, i]

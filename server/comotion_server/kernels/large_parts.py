@@ -5,21 +5,25 @@
 
 The inner function is convex and piecewise quadratic with Hessian I + rho A_W^T A_W, W the rows whose term is not zero:
 positive definite however rows depend on each other, and sparse as the graph of contacts. Newton with an exact line
-search ends after finitely many steps. Rows are scaled to length one. At last both y and l are refined on W.
+search ends after finitely many steps: few where few rows decide, or from nearby; else hundreds, so that an interior
+point method leads close first. At last both y and l are refined on W.
 
 Legend: m rows, k bodies in the order of elimination; s = A y - b; l multipliers; W active rows; d Newton's direction.
 """
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
-from comotion_server.kernels.block_cholesky import Factor, add_outer, factorise, pattern_of, solve
+from comotion_server.kernels.block_cholesky import new_factor, pattern_of, solve
 from comotion_server.kernels.dual_active_set import BLOCKED, CAPPED, SOLVED
+from comotion_server.kernels.interior_point import approach
 from comotion_server.kernels.jit import jit
+from comotion_server.kernels.sparse_rows import add_transposed, build, norm, part_of, product, times, unknowns_of
 
-FIRST_WEIGHT, LARGEST_WEIGHT = 10.0, 1e10  # rho; near the last, rounding of A y - b shows in the multipliers
+FROM_AFAR, FROM_NEAR = 10.0, 1e7  # the first rho
+EASY = 30  # factorisations after which the way from afar is left for that through the interior
+LARGEST_WEIGHT, LAST_WEIGHT = 1e10, 10.0  # rho; near the largest, rounding of A y - b shows in the multipliers
 SLOW = 0.1  # a round that leaves more of the error than this raises rho tenfold
 ROUNDS = 60  # of multipliers
 NEWTON_STEPS = 100  # in one round; most need less than ten
@@ -30,70 +34,6 @@ NEARLY = 1e-10  # likewise, where rounds hardly lessen it any more: rows that de
 IMPOSSIBLE = 1e-7  # |A^T change of l| / |change of l|: below it the change is a certificate
 SWEEPS = 3  # refinements on the active rows with one weight
 LIGHTER = 1e-3  # the next weight: a large one mends weak directions, smaller ones the rounding it leaves in others
-
-
-class Part(NamedTuple):
-    """Rows of length one over the bodies of a part, bodies in the order of elimination."""
-
-    link: np.ndarray  # (m,2) int64 places, or -1
-    part: np.ndarray  # (m,2,6)
-    bound: np.ndarray  # (m,)
-    equal: np.ndarray  # (m,) bool
-
-
-@jit
-def times(part, y, out):
-    """Product A y, out (m,)."""
-    for i in range(len(out)):
-        out[i] = 0.0
-        for side in range(2):
-            j = part.link[i, side]
-            if j >= 0:
-                for k in range(6):
-                    out[i] += part.part[i, side, k] * y[j, k]
-
-
-@jit
-def add_transposed(part, l, y):
-    """Adds A^T l to y (k,6)."""
-    for i in range(len(l)):
-        if l[i] != 0.0:
-            for side in range(2):
-                j = part.link[i, side]
-                if j >= 0:
-                    for k in range(6):
-                        y[j, k] += l[i] * part.part[i, side, k]
-
-
-@jit
-def norm(u):
-    """Euclidean norm of u (k,6)."""
-    total = 0.0
-    for j in range(len(u)):
-        for k in range(6):
-            total += u[j, k] * u[j, k]
-    return sqrt(total)
-
-
-@jit
-def build(part, pattern, active, weight, factor):
-    """The factor of I + weight A_W^T A_W."""
-    D, B = factor
-    D[:], B[:] = 0.0, 0.0
-    for j in range(len(D)):
-        for k in range(6):
-            D[j, k, k] = 1.0
-    for i in range(len(active)):
-        if active[i]:
-            a, b = part.link[i]
-            for side in range(2):
-                if part.link[i, side] >= 0:
-                    add_outer(part.part[i, side], part.part[i, side], weight, D[part.link[i, side]])
-            if a > b >= 0:
-                add_outer(part.part[i, 0], part.part[i, 1], weight, B[pattern.at[a, b]])
-            elif b > a >= 0:
-                add_outer(part.part[i, 1], part.part[i, 0], weight, B[pattern.at[b, a]])
-    factorise(pattern, factor)
 
 
 @jit
@@ -137,38 +77,34 @@ def step_length(part, l, weight, s, along, base, square):
 
 
 @jit
-def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, active):
-    """Newton's method for y (k,6) at multipliers l (m,): the force (m,) there; whether the factor fits `active`."""
+def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, active, left):
+    """Newton's method for y (k,d) at multipliers l (m,): the force (m,) there; whether the factor fits `active`.
+
+    left (1,): how many factorisations there may be, less those there were.
+    """
     r, along = np.empty_like(y), np.empty(len(s))
     times(part, y, s)
-    for i in range(len(s)):
-        s[i] -= part.bound[i]
+    s -= part.bound
     fresh &= not pull(part, l, weight, s, force, active)
     for _ in range(NEWTON_STEPS):
         if not fresh:
-            build(part, pattern, active, weight, factor)
+            if left[0] == 0:
+                return False
+            left[0] -= 1
+            build(part, pattern, weight * active, factor)
             fresh = True
         r[:] = x
         add_transposed(part, force, r)
-        base = square = 0.0
-        for j in range(len(r)):
-            for k in range(6):
-                r[j, k] -= y[j, k]
+        r -= y
         solve(pattern, factor, r)
-        for j in range(len(r)):
-            for k in range(6):
-                base += r[j, k] * (y[j, k] - x[j, k])
-                square += r[j, k] ** 2
+        base, square = product(r, y) - product(r, x), product(r, r)
         if square <= NOTHING * NOTHING * norm(y) ** 2:
             return fresh
         times(part, r, along)
         t = step_length(part, l, weight, s, along, base, square)
-        for j in range(len(r)):
-            for k in range(6):
-                y[j, k] += t * r[j, k]
+        y += t * r
         times(part, y, s)
-        for i in range(len(s)):
-            s[i] -= part.bound[i]
+        s -= part.bound
         changed = pull(part, l, weight, s, force, active)
         if t == 1.0 and not changed:
             return True
@@ -178,7 +114,7 @@ def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, activ
 
 @jit
 def polish(part, pattern, factor, weight, active, x, y, l):
-    """Refines l (m,) so that A_W y = b_W of y (k,6) = x + A^T l, which is room."""
+    """Refines l (m,) so that A_W y = b_W of y (k,d) = x + A^T l, which is room."""
     s, pull_back, along = np.empty(len(l)), np.empty_like(y), np.empty(len(l))
     for _ in range(SWEEPS):
         y[:] = x
@@ -206,74 +142,86 @@ def drop_pulls(part, active, l):
 
 
 @jit
-def certifies(part, change, certificate):
-    """Whether the change (m,) of the multipliers proves that no y exists; marks its rows."""
-    push = np.zeros((1 + part.link.max(), 6))
-    add_transposed(part, change, push)
+def certifies(part, change, room, certificate):
+    """Whether the change (m,) of the multipliers proves that no y exists; marks its rows. room (k,d)."""
+    room[:] = 0.0
+    add_transposed(part, change, room)
     size = gain = largest = 0.0
     for i in range(len(change)):
         size += change[i] ** 2
         gain += change[i] * part.bound[i]
         largest = max(largest, abs(change[i]))
-    proved = gain > 0.0 and norm(push) <= IMPOSSIBLE * sqrt(size)
+    proved = gain > 0.0 and norm(room) <= IMPOSSIBLE * sqrt(size)
     for i in range(len(change)):
         certificate[i] = proved and abs(change[i]) > 1e-6 * largest
     return proved
 
 
 @jit
-def project_large(link, rows, size, bound, equal, x, y, multiplier, certificate):
-    """As `dual_active_set.project`, for rows (m,2,6) of norms size (m,) that join bodies link (m,2); x, y (k,6)."""
-    m, k = len(link), len(x)
-    pattern = pattern_of(link, k)
-    place = np.empty(k, np.int64)
-    for p in range(k):
-        place[pattern.order[p]] = p
-    part = Part(np.full((m, 2), -1), rows.copy(), bound / size, equal)
-    start, end = np.empty_like(x), np.empty_like(x)
-    for i in range(m):
-        for side in range(2):
-            if link[i, side] >= 0:
-                part.link[i, side] = place[link[i, side]]
-            for n in range(6):
-                part.part[i, side, n] /= size[i]
-    for p in range(k):
-        start[p] = x[pattern.order[p]]
-    end[:] = start
-    factor = Factor(np.empty((k, 6, 6)), np.empty((len(pattern.later), 6, 6)))
-    l, s, force, active = np.zeros(m), np.empty(m), np.empty(m), np.zeros(m, np.bool_)
-    weight, last, fits, status = FIRST_WEIGHT, np.inf, False, CAPPED
-    scale = np.abs(start).max() + np.abs(part.bound).max()
+def end_exactly(part, pattern, factor, x, scale, weight, most, y, l, active, certificate):
+    """Multipliers l (m,) of the solution and its `active` rows (m,), from some there are: status, and the last weight.
+
+    CAPPED where `most` factorisations are not enough: l is then of no use.
+    """
+    m = len(l)
+    s, force, room, left = np.empty(m), np.empty(m), np.empty_like(y), np.full(1, most)
+    last, fits = np.inf, False
     for attempt in range(ROUNDS):
-        fits = inner_minimum(part, pattern, factor, fits, weight, start, l, end, s, force, active)
+        fits = inner_minimum(part, pattern, factor, fits, weight, x, l, y, s, force, active, left)
+        if left[0] == 0:
+            break
         error = 0.0
         for i in range(m):
             error = max(error, abs(force[i] - l[i]) / weight)
             l[i], s[i] = force[i], force[i] - l[i]
         if error <= CLOSE * scale:
-            status = SOLVED
-            break
+            return SOLVED, weight
         if attempt > 10 and error > 0.5 * last:
-            if certifies(part, s, certificate):
-                return BLOCKED
+            if certifies(part, s, room, certificate):
+                return BLOCKED, weight
             if error <= NEARLY * scale:
-                status = SOLVED
-                break
+                return SOLVED, weight
         if error > SLOW * last and weight < LARGEST_WEIGHT:
             weight, fits = 10.0 * weight, False
         last = error
-    heaviest, pulls = weight, True
+    return CAPPED, weight
+
+
+@jit
+def project_large(link, rows, size, bound, equal, x, y, multiplier, certificate):
+    """As `dual_active_set.project`, for rows (m,2,6) of norms size (m,) that join bodies link (m,2); x, y (k,6)."""
+    k, unknowns = len(x), unknowns_of(rows)
+    pattern = pattern_of(link, k)
+    part = part_of(link, rows, size, bound, equal, unknowns, pattern.order)
+    start, end = np.empty((k, len(unknowns))), np.empty((k, len(unknowns)))
+    for p in range(k):
+        for n in range(len(unknowns)):
+            start[p, n] = x[pattern.order[p], unknowns[n]]
+    factor = new_factor(pattern, len(unknowns))
+    l, active = np.zeros(len(link)), np.zeros(len(link), np.bool_)
+    scale = np.abs(start).max() + np.abs(part.bound).max()
+    end[:], weight, most = start, FROM_AFAR, EASY
+    status, heaviest = end_exactly(part, pattern, factor, start, scale, weight, most, end, l, active, certificate)
+    if status == CAPPED:
+        weight, most = FROM_NEAR, ROUNDS * NEWTON_STEPS
+        if not approach(part, pattern, factor, start, scale, end, l):
+            weight, end[:], l[:] = FROM_AFAR, start, 0.0
+        status, heaviest = end_exactly(part, pattern, factor, start, scale, weight, most, end, l, active, certificate)
+    if status == BLOCKED:
+        return status
+    pulls = True
     while pulls:
         weight = heaviest
-        while weight >= FIRST_WEIGHT:
-            build(part, pattern, active, weight, factor)
+        while weight >= LAST_WEIGHT:
+            build(part, pattern, weight * active, factor)
             polish(part, pattern, factor, weight, active, start, end, l)
             weight *= LIGHTER
         pulls = drop_pulls(part, active, l)
     end[:] = start
     add_transposed(part, l, end)
-    for i in range(m):
-        multiplier[i] = l[i] / size[i]
+    multiplier[:] = l / size
+    y[:] = x
     for p in range(k):
-        y[pattern.order[p]] = end[p]
+        for n in range(len(unknowns)):
+            y[pattern.order[p], unknowns[n]] = end[p, n]
     return status
