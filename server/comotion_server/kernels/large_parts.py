@@ -97,7 +97,7 @@ def inner_minimum(part, pattern, factor, fresh, weight, x, l, y, s, force, activ
         add_transposed(part, force, r)
         r -= y
         solve(pattern, factor, r)
-        base, square = product(r, y) - product(r, x), product(r, r)
+        base, square = product(r, y - x), product(r, r)
         if square <= NOTHING * NOTHING * norm(y) ** 2:
             return fresh
         times(part, r, along)
